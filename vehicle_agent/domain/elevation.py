@@ -1,0 +1,156 @@
+"""The elevation map of a team: what is observed, who saw it first, how high it is; and how two maps merge.
+
+Per cell the map keeps the earliest observation. Merging takes the earlier of two observations and, where both are
+of the same instant, shares the honour (Renzaglia eq. 4: e(s) is a set) and keeps the lower elevation, so that merging
+is commutative, associative and idempotent whatever it is fed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from vehicle_agent.domain.frames import FloatArray
+from vehicle_agent.domain.grid import Grid, IndexArray
+from vehicle_agent.domain.polygon import BoolArray
+
+UNOBSERVED_STAMP_MS = int(np.iinfo(np.int64).max)
+"""The stamp of a cell that nobody has observed: later than any observation."""
+NO_ELEVATION_DM = int(np.iinfo(np.int32).max)
+MAX_OBSERVERS = 64
+"""Observers are bits of one 64-bit word per cell."""
+
+StampArray = npt.NDArray[np.int64]
+ElevationArray = npt.NDArray[np.int32]
+
+
+@dataclass(frozen=True, slots=True)
+class CellObservations:
+    """Cells that one vehicle observed: what a sensor delivers and what a map delta carries.
+
+    Attributes
+    ----------
+    cell_indices
+        (N,) int64, flat indices into the grid, strictly increasing.
+    elevations_dm
+        (N,) int32, elevation of the cell's surface above the datum, decimetres (ENU z).
+    stamps_ms
+        (N,) int64, when each was observed, milliseconds of the vehicles' Unix time (GPS time).
+    """
+
+    cell_indices: IndexArray
+    elevations_dm: ElevationArray
+    stamps_ms: StampArray
+
+    def __len__(self) -> int:
+        return len(self.cell_indices)
+
+
+class ElevationMap:
+    """Earliest observation of every cell of a grid, mergeable in any order.
+
+    Attributes
+    ----------
+    grid
+        The cells.
+    first_stamp_ms
+        (columns, rows) int64, Unix time of the first observation; `UNOBSERVED_STAMP_MS` where there is none.
+    observers
+        (columns, rows) uint64, bit i set when the vehicle with team index i is among the first observers e(s).
+    elevation_dm
+        (columns, rows) int32, ENU z of the surface in decimetres; `NO_ELEVATION_DM` where unobserved.
+    """
+
+    __slots__ = ("elevation_dm", "first_stamp_ms", "grid", "observers")
+
+    def __init__(self, grid: Grid) -> None:
+        self.grid = grid
+        self.first_stamp_ms: StampArray = np.full(grid.shape, UNOBSERVED_STAMP_MS, dtype=np.int64)
+        self.observers: npt.NDArray[np.uint64] = np.zeros(grid.shape, dtype=np.uint64)
+        self.elevation_dm: ElevationArray = np.full(grid.shape, NO_ELEVATION_DM, dtype=np.int32)
+
+    @property
+    def observed(self) -> BoolArray:
+        """(columns, rows) bool, E_t(S) of Renzaglia eq. 3."""
+        observed: BoolArray = self.first_stamp_ms != UNOBSERVED_STAMP_MS
+        return observed
+
+    @property
+    def elevation_m(self) -> FloatArray:
+        """(columns, rows) float64, ENU z of the surface in metres, NaN where unobserved."""
+        return np.where(self.observed, self.elevation_dm * 0.1, np.nan)
+
+    def observe(self, observer_index: int, observations: CellObservations) -> CellObservations:
+        """Fold one vehicle's observations in and return those that changed the map (new, earlier or tied cells).
+
+        Raises ValueError when the observer's index or a cell index lies outside the team or the grid.
+        """
+        if not 0 <= observer_index < MAX_OBSERVERS:
+            raise ValueError(f"observer index {observer_index} is outside 0..{MAX_OBSERVERS - 1}")
+        indices = observations.cell_indices
+        if len(indices) == 0:
+            return observations
+        if indices[0] < 0 or indices[-1] >= self.grid.cells:
+            raise ValueError(f"cell index {indices[0]} or {indices[-1]} is outside a grid of {self.grid.cells} cells")
+        bits = np.full(len(indices), 1 << observer_index, dtype=np.uint64)
+        changed = self._fold(indices, observations.stamps_ms, bits, observations.elevations_dm)
+        return CellObservations(indices[changed], observations.elevations_dm[changed], observations.stamps_ms[changed])
+
+    def merge(self, other: ElevationMap) -> None:
+        """Join another map into this one; the grids must be equal, or ValueError."""
+        if other.grid != self.grid:
+            raise ValueError("maps of different grids do not merge")
+        indices = np.flatnonzero(other.observed.ravel())
+        self._fold(
+            indices,
+            other.first_stamp_ms.ravel()[indices],
+            other.observers.ravel()[indices],
+            other.elevation_dm.ravel()[indices],
+        )
+
+    def _fold(
+        self, indices: IndexArray, stamps_ms: StampArray, bits: npt.NDArray[np.uint64], elevations_dm: ElevationArray
+    ) -> BoolArray:
+        stamps, observers, elevations = self.first_stamp_ms.ravel(), self.observers.ravel(), self.elevation_dm.ravel()
+        mine = stamps[indices]
+        earlier = stamps_ms < mine
+        tied = stamps_ms == mine
+        joined_bits = np.where(tied, observers[indices] | bits, bits)
+        joined_elevations = np.where(tied, np.minimum(elevations[indices], elevations_dm), elevations_dm)
+        changed: BoolArray = earlier | (
+            tied & ((joined_bits != observers[indices]) | (joined_elevations != elevations[indices]))
+        )
+        where = indices[changed]
+        stamps[where] = stamps_ms[changed]
+        observers[where] = joined_bits[changed]
+        elevations[where] = joined_elevations[changed]
+        return changed
+
+    def first_observer_share(self, observer_index: int, within: BoolArray | None = None) -> float:
+        """J_E of one vehicle: cells it saw first, each divided by its number of first observers (Renzaglia eq. 5)."""
+        bit = np.uint64(1 << observer_index)
+        mine = (self.observers & bit) != 0
+        if within is not None:
+            mine &= within
+        return float(np.sum(1.0 / np.bitwise_count(self.observers[mine])))
+
+    def copy(self) -> ElevationMap:
+        duplicate = ElevationMap(self.grid)
+        duplicate.first_stamp_ms[...] = self.first_stamp_ms
+        duplicate.observers[...] = self.observers
+        duplicate.elevation_dm[...] = self.elevation_dm
+        return duplicate
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, ElevationMap):
+            return NotImplemented
+        return (
+            self.grid == other.grid
+            and np.array_equal(self.first_stamp_ms, other.first_stamp_ms)
+            and np.array_equal(self.observers, other.observers)
+            and np.array_equal(self.elevation_dm, other.elevation_dm)
+        )
+
+    __hash__ = None  # type: ignore[assignment]

@@ -1,0 +1,1 @@
+"""The mission file: its types, its reading and its errors; public."""

@@ -1,0 +1,271 @@
+"""What a mission file says, as types; every key documented here is a key of the TOML file."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+import msgspec
+from msgspec import Meta
+
+from vehicle_agent.wire.messages import NAME_PATTERN
+
+Positive = Annotated[float, Meta(gt=0, le=1e6)]
+NonNegative = Annotated[float, Meta(ge=0, le=1e6)]
+Metres = Annotated[float, Meta(ge=-1e6, le=1e6)]
+Port = Annotated[int, Meta(ge=1024, le=65000)]
+EastNorth = tuple[Metres, Metres]
+Degrees = Annotated[float, Meta(ge=-180, le=180)]
+
+
+class _Table(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """A table of the mission file: unknown keys are errors."""
+
+
+class DatumTable(_Table, frozen=True, kw_only=True):
+    """Origin of the local frame.
+
+    Attributes
+    ----------
+    latitude_deg, longitude_deg
+        WGS 84.
+    altitude_amsl_m
+        Altitude at which local `up` is zero.
+    """
+
+    latitude_deg: Annotated[float, Meta(ge=-89, le=89)]
+    longitude_deg: Degrees
+    altitude_amsl_m: Annotated[float, Meta(ge=-12_000, le=12_000)] = 0.0
+
+
+class AreaTable(_Table, frozen=True, kw_only=True):
+    """The area of the mission, also its fence: exactly one of `rectangle_enu_m`, `polygon_enu_m`, `polygon_deg`.
+
+    Attributes
+    ----------
+    cell_m
+        Edge of a map cell.
+    rectangle_enu_m
+        West, south, east, north.
+    polygon_enu_m
+        Corners as [east, north] pairs, in order.
+    polygon_deg
+        Corners as [latitude, longitude] pairs, in order.
+    fence_margin_m
+        How far inside the area's border vehicles stay.
+    """
+
+    cell_m: Positive
+    rectangle_enu_m: tuple[Metres, Metres, Metres, Metres] | None = None
+    polygon_enu_m: Annotated[tuple[EastNorth, ...], Meta(min_length=3, max_length=500)] | None = None
+    polygon_deg: Annotated[tuple[tuple[Degrees, Degrees], ...], Meta(min_length=3, max_length=500)] | None = None
+    fence_margin_m: NonNegative = 0.0
+
+
+class GridTerrain(_Table, frozen=True, kw_only=True, tag_field="kind", tag="grid"):
+    """Measured terrain from an .npz file: `elevation_amsl_m` (columns, rows), `west_m`, `south_m`, `cell_m`.
+
+    Attributes
+    ----------
+    file
+        Path relative to the mission file.
+    """
+
+    file: str
+
+
+class GaussianTerrain(_Table, frozen=True, kw_only=True, tag_field="kind", tag="gaussians"):
+    """Hills drawn from the mission's seed.
+
+    Attributes
+    ----------
+    peaks
+        Number of Gaussians, centres uniform over the area.
+    height_m
+        Lowest and highest peak.
+    sigma_m
+        Standard deviation of each.
+    """
+
+    peaks: Annotated[int, Meta(ge=1, le=1000)]
+    height_m: tuple[NonNegative, NonNegative]
+    sigma_m: Positive
+
+
+class FlatTerrain(_Table, frozen=True, kw_only=True, tag_field="kind", tag="flat"):
+    """Level ground at `elevation_amsl_m`."""
+
+    elevation_amsl_m: Metres = 0.0
+
+
+Terrain = GridTerrain | GaussianTerrain | FlatTerrain
+
+PlannerName = Literal["claims", "fcao", "cao", "closest-frontier", "greedy"]
+
+
+class ExploreTask(_Table, frozen=True, kw_only=True, tag_field="kind", tag="explore"):
+    """See the whole surface of the area once.
+
+    Attributes
+    ----------
+    planner
+        Who decides where to go next.
+    step_m
+        Longest way between two decisions (alpha in Renzaglia eq. 10).
+    """
+
+    planner: PlannerName = "claims"
+    step_m: Positive = 100.0
+
+
+Task = ExploreTask
+
+
+class RangeSensor(_Table, frozen=True, kw_only=True, tag_field="kind", tag="range"):
+    """Sees every surface cell in line of sight within `range_m`, in all directions (Renzaglia section 3)."""
+
+    range_m: Positive
+    period_s: Positive = 1.0
+
+
+class VehicleTable(_Table, frozen=True, kw_only=True):
+    """One vehicle.
+
+    Attributes
+    ----------
+    name
+        Lower-case letters, digits and dashes; unique in the team.
+    type
+        What body it has.
+    start_enu_m
+        Where it stands: [east, north], or [east, north, up] with `up` not below the ground.
+    speed_m_s
+        Fastest it flies.
+    climb_m_s
+        Fastest it climbs and sinks.
+    sensor
+        What it sees with.
+    min_above_terrain_m, max_above_terrain_m
+        Height band above the ground that it keeps.
+    system_id
+        MAVLink system id of its autopilot; the n-th vehicle has n when left out.
+    connection
+        MAVSDK connection URL of a real autopilot; left out, the vehicle is simulated.
+    """
+
+    name: Annotated[str, Meta(pattern=NAME_PATTERN)]
+    type: Literal["multicopter"] = "multicopter"
+    start_enu_m: Annotated[tuple[Metres, ...], Meta(min_length=2, max_length=3)]
+    speed_m_s: Annotated[float, Meta(gt=0, le=100)]
+    climb_m_s: Annotated[float, Meta(gt=0, le=50)] = 5.0
+    sensor: RangeSensor
+    min_above_terrain_m: Positive
+    max_above_terrain_m: Positive
+    system_id: Annotated[int, Meta(ge=1, le=99)] | None = None
+    connection: str | None = None
+
+
+class RadioTable(_Table, frozen=True, kw_only=True):
+    """The link between vehicles.
+
+    Attributes
+    ----------
+    endpoint_host
+        Address on which simulated fleets listen.
+    zenoh_port
+        First of the ports used: the simulator, then one per vehicle.
+    rate_bytes_s
+        Declared capacity of a vehicle's link per second of vehicle time; sending is paced below it.
+    range_m, loss, delay_s
+        Radio between vehicles in `missions simulate` (left out: unlimited, none, none).
+    """
+
+    endpoint_host: str = "127.0.0.1"
+    zenoh_port: Port = 7450
+    rate_bytes_s: Annotated[float, Meta(ge=200, le=1e9)] = 16_000.0
+    range_m: Positive | None = None
+    loss: Annotated[float, Meta(ge=0, lt=1)] = 0.0
+    delay_s: Annotated[float, Meta(ge=0, le=60)] = 0.0
+
+
+class SimulationTable(_Table, frozen=True, kw_only=True):
+    """How the built-in simulator runs; of no meaning to real vehicles.
+
+    Attributes
+    ----------
+    speedup
+        Simulated seconds per second.
+    ready_after_s
+        Simulated seconds from start until the autopilots accept arming.
+    mavlink_port
+        First of the MAVLink ports: vehicle n (from 0) listens on TCP and UDP `mavlink_port + 10 n`.
+    endurance_s
+        Flying time of a full battery.
+    """
+
+    speedup: Annotated[float, Meta(gt=0, le=100)] = 1.0
+    ready_after_s: Annotated[float, Meta(ge=0, le=600)] = 8.0
+    mavlink_port: Port = 5760
+    endurance_s: Positive = 2_400.0
+
+
+class StopTable(_Table, frozen=True, kw_only=True):
+    """When the mission ends and the vehicles return.
+
+    Attributes
+    ----------
+    observed_fraction
+        Share of the area's cells seen.
+    time_limit_s
+        Vehicle time from the first take-off.
+    battery_reserve
+        Share of charge with which a vehicle wants to be home.
+    """
+
+    observed_fraction: Annotated[float, Meta(gt=0, le=1)] = 1.0
+    time_limit_s: Positive = 3_600.0
+    battery_reserve: Annotated[float, Meta(ge=0, lt=1)] = 0.15
+
+
+class SafetyTable(_Table, frozen=True, kw_only=True):
+    """Distances that planning keeps.
+
+    Attributes
+    ----------
+    separation_m
+        Between any two vehicles.
+    teammate_silence_s
+        Vehicle time without a status after which a teammate counts as lost.
+    """
+
+    separation_m: Positive = 20.0
+    teammate_silence_s: Positive = 15.0
+
+
+class Mission(_Table, frozen=True, kw_only=True):
+    """A whole mission file.
+
+    Attributes
+    ----------
+    format
+        Version of this format: 1.
+    name
+        Lower-case letters, digits and dashes.
+    title
+        One line for people.
+    seed
+        Seed of every random draw of the mission.
+    """
+
+    format: Literal[1]
+    name: Annotated[str, Meta(pattern=NAME_PATTERN)]
+    title: str = ""
+    seed: Annotated[int, Meta(ge=0, le=2**32 - 1)] = 0
+    datum: DatumTable
+    area: AreaTable
+    terrain: Terrain
+    task: Task
+    vehicles: Annotated[tuple[VehicleTable, ...], Meta(min_length=1, max_length=64)]
+    radio: RadioTable = RadioTable()
+    simulation: SimulationTable = SimulationTable()
+    stop: StopTable = StopTable()
+    safety: SafetyTable = SafetyTable()

@@ -1,0 +1,1 @@
+"""What is said on Zenoh: messages, their bytes and their keys; public."""

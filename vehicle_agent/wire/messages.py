@@ -1,0 +1,211 @@
+"""The messages of a fleet. Every quantity is a bounded integer or a bounded text, so no NaN can be said.
+
+Positions are centimetres in the mission's ENU frame, stamps are milliseconds of Unix time as the vehicle's autopilot
+tells it (so a simulation at ten times real time needs no flag anywhere).
+"""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from typing import Annotated
+
+import msgspec
+from msgspec import Meta
+
+NAME_PATTERN = r"^[a-z][a-z0-9-]{0,30}\Z"
+MAX_BLOB_BYTES = 60_000
+MAX_RECORDS = 64
+
+Name = Annotated[str, Meta(pattern=NAME_PATTERN)]
+U32 = Annotated[int, Meta(ge=0, le=2**32 - 1)]
+StampMs = Annotated[int, Meta(ge=0, le=2**53)]
+Centimetres = Annotated[int, Meta(ge=-(10**8), le=10**8)]
+PositionCm = tuple[Centimetres, Centimetres, Centimetres]
+Text = Annotated[str, Meta(max_length=160)]
+Permille = Annotated[int, Meta(ge=0, le=1000)]
+
+
+class Stage(IntEnum):
+    """Where an agent stands in its mission."""
+
+    CONNECTING = 0
+    CONFIGURING = 1
+    ARMING = 2
+    TAKING_OFF = 3
+    WORKING = 4
+    HOLDING = 5
+    RETURNING = 6
+    LANDING = 7
+    DONE = 8
+    YIELDED = 9
+    """The autopilot or a pilot took over: the agent watches and tells, and moves nothing."""
+    REFUSED = 10
+    """The agent will not fly: its last event says why."""
+
+
+class Severity(IntEnum):
+    """Severity of an event, as in syslog and MAVLink (lower is worse)."""
+
+    CRITICAL = 2
+    ERROR = 3
+    WARNING = 4
+    NOTICE = 5
+    INFO = 6
+
+
+class Verb(IntEnum):
+    """What an operator can ask of a vehicle."""
+
+    HOLD = 0
+    RESUME = 1
+    RETURN = 2
+    LAND = 3
+
+
+class Outcome(IntEnum):
+    """What became of a command at one vehicle."""
+
+    ACCEPTED = 0
+    REFUSED = 1
+
+
+class Message(msgspec.Struct, array_like=True, frozen=True, kw_only=True):
+    """What every message begins with.
+
+    Attributes
+    ----------
+    sender
+        Name of the vehicle or station that says it.
+    boot_id
+        Drawn anew at every start of the sender, so that a restart is seen.
+    sequence
+        Counts the sender's messages of this boot, all topics together.
+    stamp_ms
+        When it was said, Unix milliseconds by the sender's vehicle.
+    """
+
+    sender: Name
+    boot_id: U32
+    sequence: U32
+    stamp_ms: StampMs
+
+
+class Status(Message, frozen=True, tag=1, kw_only=True):
+    """Where a vehicle is, what it does and why; said about once a second of vehicle time."""
+
+    stage: Stage
+    mode: Annotated[str, Meta(max_length=16)]
+    armed: bool
+    position_cm: PositionCm
+    velocity_cm_s: PositionCm
+    heading_deg: Annotated[int, Meta(ge=0, le=360)]
+    battery_permille: Annotated[int, Meta(ge=-1, le=1000)]
+    """Remaining charge in permille; -1 when the autopilot does not know."""
+    leg_end_cm: PositionCm
+    """End of the straight leg reserved by the vehicle; its own position when it reserves none."""
+    home_cm: PositionCm
+    known_permille: Permille
+    """Share of the area's cells observed on this vehicle's own map."""
+    first_seen_cells: U32
+    """Cells this vehicle saw first (ties shared, rounded), J_E of Renzaglia eq. 5."""
+    bytes_sent: U32
+    messages_dropped: U32
+    why: Text
+    path_cm: Annotated[tuple[PositionCm, ...], Meta(max_length=12)] = ()
+    """Waypoints after the reserved leg, as planned now."""
+
+
+class DeltaRecord(msgspec.Struct, array_like=True, frozen=True):
+    """One journalled piece of one vehicle's own observations; identified by (origin, stream_id, delta_sequence)."""
+
+    origin: Name
+    stream_id: U32
+    """Drawn when the origin's journal was begun; a restarted agent that resumes its journal keeps it."""
+    delta_sequence: U32
+    """0, 1, 2, ... without gaps within a stream."""
+    cells: Annotated[bytes, Meta(max_length=MAX_BLOB_BYTES)]
+    """Packed observations, see `vehicle_agent.wire.cells`."""
+
+
+class MapDelta(Message, frozen=True, tag=2, kw_only=True):
+    """What the sender observed since its last delta."""
+
+    record: DeltaRecord
+
+
+class Claim(Message, frozen=True, tag=3, kw_only=True):
+    """The goal that the sender is going for, so that others choose another; `active` false lets it go."""
+
+    active: bool
+    goal_cm: PositionCm
+    cost_m: Annotated[int, Meta(ge=0, le=10**7)]
+    """Length of the sender's way to the goal, metres."""
+
+
+class Event(Message, frozen=True, tag=4, kw_only=True):
+    """Something that an operator wants to read once."""
+
+    severity: Severity
+    code: Annotated[str, Meta(max_length=32)]
+    """A stable word for programs, e.g. `took-off`, `returned`, `yielded`."""
+    text: Text
+
+
+class Command(Message, frozen=True, tag=5, kw_only=True):
+    """An operator's order. A vehicle obeys a (sender, boot_id, command_id) once, however often it arrives."""
+
+    command_id: U32
+    verb: Verb
+    targets: Annotated[tuple[Name, ...], Meta(max_length=64)]
+
+
+class CommandResult(Message, frozen=True, tag=6, kw_only=True):
+    """One vehicle's answer to one command."""
+
+    station: Name
+    station_boot_id: U32
+    command_id: U32
+    verb: Verb
+    outcome: Outcome
+    text: Text
+
+
+class StreamHeld(msgspec.Struct, array_like=True, frozen=True):
+    """How much of one stream somebody holds without a gap: records 0 .. held - 1."""
+
+    origin: Name
+    stream_id: U32
+    held: U32
+
+
+class Digest(Message, frozen=True, tag=7, kw_only=True):
+    """What the sender's map is made of; whoever holds more sends the missing records."""
+
+    streams: Annotated[tuple[StreamHeld, ...], Meta(max_length=256)]
+
+
+class Repair(Message, frozen=True, tag=8, kw_only=True):
+    """Records that somebody's digest showed to be missing; useful to everybody who lacks them."""
+
+    records: Annotated[tuple[DeltaRecord, ...], Meta(max_length=MAX_RECORDS)]
+
+
+class Scan(Message, frozen=True, tag=9, kw_only=True):
+    """What a vehicle's sensor saw at `stamp_ms`; from the payload to its own agent, never over the radio."""
+
+    cells: Annotated[bytes, Meta(max_length=2_000_000)]
+    """Packed observations, see `vehicle_agent.wire.cells`."""
+
+
+class BodyReport(Message, frozen=True, tag=10, kw_only=True):
+    """The simulator's truth about one body, for referees and tests only; agents and stations never hear it."""
+
+    vehicle: Name
+    position_cm: PositionCm
+    armed: bool
+    has_flown: bool
+    crashed: bool
+    mode: Annotated[str, Meta(max_length=16)]
+
+
+AnyMessage = Status | MapDelta | Claim | Event | Command | CommandResult | Digest | Repair | Scan | BodyReport
