@@ -1,0 +1,23 @@
+"""Compiles every kernel once and keeps the result in the cache, so that no vehicle waits for a compiler in flight."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vehicle_agent.domain.paths import leg_clearances, segment_distance_m, travel_distances
+from vehicle_agent.domain.rays import sight_is_clear, visible_cells
+
+
+def warm_up() -> None:
+    """Call every kernel with the types it is used with."""
+    elevation = np.zeros((4, 4))
+    point = np.zeros(3)
+    sight_is_clear(elevation, 0.0, 0.0, 1.0, 3.0, 3.0, 0.0)
+    visible_cells(elevation, 0.0, 0.0, 1.0, 1.0, 2.0)
+    leg_clearances(elevation, 0.0, 0.0, 1.0, point, np.ones((2, 3)))
+    segment_distance_m(point, point, point, point)
+    travel_distances(np.ones((4, 4), dtype=np.bool_), 0, 0)
+
+
+if __name__ == "__main__":
+    warm_up()

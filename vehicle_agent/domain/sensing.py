@@ -1,0 +1,37 @@
+"""Sensor models: what a sensor at a place sees of a surface."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vehicle_agent.domain.frames import FloatArray, Point
+from vehicle_agent.domain.grid import Grid, IndexArray
+from vehicle_agent.domain.rays import visible_cells
+
+
+def visible_surface(grid: Grid, elevation_m: FloatArray, position_enu_m: Point, range_m: float) -> IndexArray:
+    """Cells observed by an omnidirectional sensor: in line of sight and within range (Renzaglia 2020, section 3).
+
+    Parameters
+    ----------
+    grid
+        The cells.
+    elevation_m : (columns, rows) float64, ENU z of the surface at cell centres; NaN cells are not seen.
+    position_enu_m
+        The sensor, ENU metres.
+    range_m
+        Sensing distance d_max, metres, measured in three dimensions.
+
+    Returns
+    -------
+    (N,) int64 flat cell indices, increasing.
+    """
+    east_m, north_m, up_m = position_enu_m
+    return visible_cells(
+        np.ascontiguousarray(elevation_m),
+        (east_m - grid.west_m) / grid.cell_m - 0.5,
+        (north_m - grid.south_m) / grid.cell_m - 0.5,
+        up_m,
+        grid.cell_m,
+        range_m,
+    )
