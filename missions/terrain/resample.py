@@ -128,8 +128,8 @@ def main(arguments: list[str]) -> int:
 
 def _note(raster: Raster, origin: Geodetic) -> str:
     return (
-        f"Source raster: {raster.note}. Resampled bilinearly by missions/terrain/resample.py to cell centres of the local "
-        f"east-north frame at latitude {origin.latitude_deg:g}, longitude {origin.longitude_deg:g}; "
+        f"Source raster: {raster.note}. Resampled bilinearly by missions/terrain/resample.py to cell centres of the "
+        f"local east-north frame at latitude {origin.latitude_deg:g}, longitude {origin.longitude_deg:g}; "
         "metres above mean sea level, axes (columns to the east, rows to the north)."
     )
 
