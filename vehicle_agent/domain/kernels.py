@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vehicle_agent.domain.paths import leg_clearances, segment_distance_m, travel_distances
+from vehicle_agent.domain.paths import assumed_surface, leg_clearances, segment_distance_m, travel_distances
 from vehicle_agent.domain.rays import sight_is_clear, visible_cells
 
 
@@ -16,6 +16,7 @@ def warm_up() -> None:
     visible_cells(elevation, 0.0, 0.0, 1.0, 1.0, 2.0)
     leg_clearances(elevation, 0.0, 0.0, 1.0, point, np.ones((2, 3)))
     segment_distance_m(point, point, point, point)
+    assumed_surface(elevation, np.ones((4, 4), dtype=np.bool_), 1.0, 2, 1.5)
     travel_distances(np.ones((4, 4), dtype=np.bool_), 0, 0)
 
 

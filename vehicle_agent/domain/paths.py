@@ -7,21 +7,20 @@ import math
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
+from vehicle_agent.domain.compiled import compiled
 from vehicle_agent.domain.frames import FloatArray, Point
-from vehicle_agent.domain.grid import Grid
 from vehicle_agent.domain.polygon import BoolArray
 
 
-@njit(cache=True)
+@compiled
 def _highest_around(elevation: FloatArray, u: float, v: float) -> float:
     """Highest of the four cells around a point (NaN when one is unknown): no lower than the surface there."""
     columns, rows = elevation.shape
-    left = min(max(int(math.floor(u)), 0), columns - 1)
-    low = min(max(int(math.floor(v)), 0), rows - 1)
-    right, high = min(left + 1, columns - 1), min(low + 1, rows - 1)
-    highest = elevation[left, low]
+    left = min(max(math.floor(u), 0), columns - 1)
+    low = min(max(math.floor(v), 0), rows - 1)
+    right, high = min(max(math.ceil(u), 0), columns - 1), min(max(math.ceil(v), 0), rows - 1)
+    highest = float(elevation[left, low])
     for value in (elevation[right, low], elevation[left, high], elevation[right, high]):
         if math.isnan(value) or math.isnan(highest):
             return math.nan
@@ -29,7 +28,7 @@ def _highest_around(elevation: FloatArray, u: float, v: float) -> float:
     return highest
 
 
-@njit(cache=True)
+@compiled
 def leg_clearances(
     elevation: FloatArray, west: float, south: float, cell: float, start: FloatArray, ends: FloatArray
 ) -> FloatArray:
@@ -49,7 +48,7 @@ def leg_clearances(
     u0, v0 = (start[0] - west) / cell - 0.5, (start[1] - south) / cell - 0.5
     for index in range(len(ends)):
         u1, v1 = (ends[index, 0] - west) / cell - 0.5, (ends[index, 1] - south) / cell - 0.5
-        samples = int(math.ceil(2.0 * math.hypot(u1 - u0, v1 - v0))) + 1
+        samples = math.ceil(2.0 * math.hypot(u1 - u0, v1 - v0)) + 1
         clearance = math.inf
         for sample in range(samples + 1):
             part = sample / samples
@@ -62,7 +61,7 @@ def leg_clearances(
     return clearances
 
 
-@njit(cache=True)
+@compiled
 def segment_distance_m(a0: FloatArray, a1: FloatArray, b0: FloatArray, b1: FloatArray) -> float:
     """Smallest distance between two segments in space, metres; each argument (3,) float64.
 
@@ -77,17 +76,17 @@ def segment_distance_m(a0: FloatArray, a1: FloatArray, b0: FloatArray, b1: Float
         s = (ab * bw - bb * aw) / determinant
         t = (aa * bw - ab * aw) / determinant
         if 0.0 <= s <= 1.0 and 0.0 <= t <= 1.0:
-            best = np.linalg.norm(w + s * da - t * db)
+            best = float(np.linalg.norm(w + s * da - t * db))
     for t in (0.0, 1.0):
         s = 0.0 if aa == 0.0 else min(max((t * ab - aw) / aa, 0.0), 1.0)
-        best = min(best, np.linalg.norm(w + s * da - t * db))
+        best = min(best, float(np.linalg.norm(w + s * da - t * db)))
     for s in (0.0, 1.0):
         t = 0.0 if bb == 0.0 else min(max((s * ab + bw) / bb, 0.0), 1.0)
-        best = min(best, np.linalg.norm(w + s * da - t * db))
+        best = min(best, float(np.linalg.norm(w + s * da - t * db)))
     return best
 
 
-@njit(cache=True)
+@compiled
 def travel_distances(
     passable: BoolArray, start_column: int, start_row: int
 ) -> tuple[FloatArray, npt.NDArray[np.int64]]:
@@ -132,10 +131,43 @@ def trace_way(parents: npt.NDArray[np.int64], column: int, row: int) -> list[tup
     return way
 
 
-def known_surface(grid: Grid, elevation_m: FloatArray, allowed: BoolArray) -> FloatArray:
-    """Elevation with NaN where it is unknown or where vehicles are not allowed: (columns, rows) float64."""
-    surface: FloatArray = np.where(allowed, elevation_m, np.nan)
-    assert surface.shape == grid.shape
+@compiled
+def assumed_surface(elevation: FloatArray, allowed: BoolArray, cell_m: float, rings: int, slope: float) -> FloatArray:
+    """Surface to stay clear of: what is known, and around it what the steepest ground could be.
+
+    Unknown cells within `rings` cells of known ones are taken to rise by `slope` from their highest neighbour, so that
+    a shadowed pocket can be crossed at a safe height; cells further away and cells not `allowed` are NaN.
+
+    Parameters
+    ----------
+    elevation : (columns, rows) float64, ENU z in metres, NaN where unknown.
+    allowed : (columns, rows) bool, where vehicles may be.
+    slope : metres of rise per metre.
+
+    Returns
+    -------
+    (columns, rows) float64.
+    """
+    columns, rows = elevation.shape
+    surface = elevation.copy()
+    for _ in range(rings):
+        grown = surface.copy()
+        for column in range(columns):
+            for row in range(rows):
+                if not math.isnan(surface[column, row]):
+                    continue
+                highest = -math.inf
+                for c in range(max(0, column - 1), min(columns, column + 2)):
+                    for r in range(max(0, row - 1), min(rows, row + 2)):
+                        if not math.isnan(surface[c, r]):
+                            highest = max(highest, surface[c, r])
+                if highest > -math.inf:
+                    grown[column, row] = highest + slope * cell_m
+        surface = grown
+    for column in range(columns):
+        for row in range(rows):
+            if not allowed[column, row]:
+                surface[column, row] = math.nan
     return surface
 
 

@@ -9,17 +9,17 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from vehicle_agent.domain.compiled import compiled
 from vehicle_agent.domain.frames import FloatArray
 from vehicle_agent.domain.grid import IndexArray
 
 
-@njit(cache=True)
+@compiled
 def _height_on_line(elevation: FloatArray, line: int, across: float, along_columns: bool) -> float:
     """Height where a ray crosses grid line `line` at fractional position `across` on the other axis."""
     size = elevation.shape[1] if along_columns else elevation.shape[0]
-    low = min(max(int(math.floor(across)), 0), size - 1)
+    low = min(max(math.floor(across), 0), size - 1)
     high = min(low + 1, size - 1)
     part = min(max(across - low, 0.0), 1.0)
     if along_columns:
@@ -27,7 +27,7 @@ def _height_on_line(elevation: FloatArray, line: int, across: float, along_colum
     return (1.0 - part) * elevation[low, line] + part * elevation[high, line]
 
 
-@njit(cache=True)
+@compiled
 def sight_is_clear(elevation: FloatArray, u0: float, v0: float, z0: float, u1: float, v1: float, z1: float) -> bool:
     """Tell whether the straight line between two points stays above the surface, end points left out.
 
@@ -53,7 +53,7 @@ def sight_is_clear(elevation: FloatArray, u0: float, v0: float, z0: float, u1: f
     return True
 
 
-@njit(cache=True)
+@compiled
 def visible_cells(elevation: FloatArray, u0: float, v0: float, z0: float, cell_m: float, range_m: float) -> IndexArray:
     """Flat indices (increasing) of cells whose surface point at the centre is in range and in line of sight.
 
@@ -61,8 +61,8 @@ def visible_cells(elevation: FloatArray, u0: float, v0: float, z0: float, cell_m
     """
     columns, rows = elevation.shape
     reach = range_m / cell_m
-    low_column, high_column = max(0, int(math.ceil(u0 - reach))), min(columns - 1, int(math.floor(u0 + reach)))
-    low_row, high_row = max(0, int(math.ceil(v0 - reach))), min(rows - 1, int(math.floor(v0 + reach)))
+    low_column, high_column = max(0, math.ceil(u0 - reach)), min(columns - 1, math.floor(u0 + reach))
+    low_row, high_row = max(0, math.ceil(v0 - reach)), min(rows - 1, math.floor(v0 + reach))
     room = max(0, high_column - low_column + 1) * max(0, high_row - low_row + 1)
     seen = np.empty(room, dtype=np.int64)
     count = 0

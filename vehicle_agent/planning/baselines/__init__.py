@@ -1,0 +1,1 @@
+"""The rivals of the papers, behind the same interface."""

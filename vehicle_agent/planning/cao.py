@@ -1,0 +1,120 @@
+"""Cognitive-based Adaptive Optimization, decentralised (Renzaglia 2020, section 4).
+
+A vehicle fits a cubic polynomial to the objective values that it measured at its last positions and moves to the
+random admissible perturbation of its position for which the polynomial promises most.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from vehicle_agent.domain.frames import FloatArray, Point
+from vehicle_agent.domain.polygon import BoolArray
+
+_EXPONENTS = np.array([(u, v, z) for u in range(4) for v in range(4) for z in range(4) if u + v + z <= 3])  # eq. 8
+BASIS_FUNCTIONS = len(_EXPONENTS)
+"""L in the paper: 20."""
+
+
+@dataclass(frozen=True, slots=True)
+class CaoParams:
+    """How the optimisation runs.
+
+    Attributes
+    ----------
+    step_m
+        Length of a perturbation (alpha in eq. 10). At most what the vehicle flies between two decisions.
+    candidates
+        Perturbations tried per step (M).
+    extra_window
+        Measurements kept beyond the number of basis functions (T_h in eq. 9).
+    """
+
+    step_m: float
+    candidates: int = 100
+    extra_window: int = 10
+
+    def __post_init__(self) -> None:
+        if not self.step_m > 0:
+            raise ValueError("step_m must be positive")
+        if self.candidates < 1:
+            raise ValueError("candidates must be at least 1")
+        if self.extra_window < 0:
+            raise ValueError("extra_window must not be negative")
+
+
+class Cao:
+    """Ask/tell optimiser of one vehicle's position.
+
+    >>> rng = np.random.default_rng(0)
+    >>> cao = Cao(CaoParams(step_m=1.0), rng)
+    >>> position = (0.0, 0.0, 0.0)
+    >>> for _ in range(60):
+    ...     cao.tell(position, -(position[0] - 5.0) ** 2)
+    ...     position = cao.ask(position, lambda ends: np.ones(len(ends), dtype=bool))
+    >>> abs(position[0] - 5.0) < 3.0
+    True
+    """
+
+    def __init__(self, params: CaoParams, rng: np.random.Generator) -> None:
+        self.params = params
+        self._rng = rng
+        self._measured: deque[tuple[Point, float]] = deque(maxlen=BASIS_FUNCTIONS + params.extra_window)
+
+    def tell(self, position_enu_m: Point, objective: float) -> None:
+        """Remember the objective J_t measured at a position."""
+        self._measured.append((position_enu_m, objective))
+
+    def ask(
+        self,
+        position_enu_m: Point,
+        admissible: Callable[[FloatArray], BoolArray],
+        step_m: float | None = None,
+    ) -> Point | None:
+        """The admissible perturbation of the position that promises most; None when none is admissible.
+
+        Parameters
+        ----------
+        position_enu_m
+            Where the vehicle is (P_t).
+        admissible
+            The constraints C: (M, 3) float64 ENU metres -> (M,) bool.
+        step_m
+            This step's alpha_t where it shrinks with time (eq. 11); the params' step when left out.
+        """
+        step = self.params.step_m if step_m is None else step_m
+        here = np.array(position_enu_m)
+        directions = self._rng.standard_normal((self.params.candidates, 3))
+        directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+        candidates = here + step * directions  # eq. 10
+        candidates = candidates[admissible(candidates)]
+        if len(candidates) == 0:
+            return None
+        best = candidates[int(np.argmax(self._promise(candidates, here, step)))]  # eq. 12
+        return (float(best[0]), float(best[1]), float(best[2]))
+
+    def _promise(self, candidates: FloatArray, here: FloatArray, step: float) -> FloatArray:
+        """Estimated objective at candidates, (M, 3) -> (M,)."""
+        if not self._measured:
+            return self._rng.random(len(candidates))
+        positions = np.array([position for position, _ in self._measured])
+        objectives = np.array([objective for _, objective in self._measured])
+        scale = max(step, float(np.abs(positions - here).max()))
+        weights, *_ = np.linalg.lstsq(_basis((positions - here) / scale), objectives, rcond=1e-10)  # eq. 9
+        promise: FloatArray = _basis((candidates - here) / scale) @ weights  # eq. 7
+        return promise
+
+
+def _basis(points: FloatArray) -> FloatArray:
+    """All monomials up to the third degree (eq. 8): (N, 3) -> (N, 20).
+
+    Points are given relative to the vehicle and scaled to the window: the paper leaves both open, and without them
+    the normal equations of eq. 9 are too ill-conditioned for double precision.
+    """
+    powers = points[:, None, :] ** _EXPONENTS[None, :, :]
+    basis: FloatArray = powers[:, :, 0] * powers[:, :, 1] * powers[:, :, 2]
+    return basis

@@ -1,0 +1,137 @@
+"""What a vehicle's next leg must satisfy: C(P) of Renzaglia 2020 section 3, for whole straight legs."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from vehicle_agent.domain.frames import FloatArray, Point
+from vehicle_agent.domain.grid import Grid
+from vehicle_agent.domain.paths import as_array, leg_clearances, segment_distance_m
+from vehicle_agent.domain.polygon import BoolArray
+
+_HEIGHT_CHOICES = 9
+_SHORTENINGS = (1.0, 0.5, 0.25)
+
+
+@dataclass(frozen=True, slots=True)
+class Reservation:
+    """The straight leg that a teammate has reserved; both ends equal when it stays."""
+
+    start_enu_m: Point
+    end_enu_m: Point
+
+
+@dataclass(frozen=True, slots=True)
+class Constraints:
+    """Where a vehicle may fly now.
+
+    Attributes
+    ----------
+    grid
+        The cells of `surface_m`.
+    surface_m
+        (columns, rows) float64, ENU z to stay clear of; NaN where unknown or outside the fence.
+    min_above_m, max_above_m
+        Height band above the surface, metres; the lower bound holds along a leg, the upper one at its end.
+    reach_m
+        Longest leg.
+    separation_m
+        Smallest distance to every reservation.
+    reservations
+        Teammates' legs.
+    """
+
+    grid: Grid
+    surface_m: FloatArray
+    min_above_m: float
+    max_above_m: float
+    reach_m: float
+    separation_m: float = 0.0
+    reservations: tuple[Reservation, ...] = field(default=())
+
+    def ground_m(self, east_m: float, north_m: float) -> float:
+        """Surface height around a point, ENU z; NaN where no vehicle may be."""
+        point = np.array((east_m, north_m, 0.0))
+        return -float(self._clearances(point, point[None, :])[0])
+
+    def height_above_ground_m(self, position_enu_m: Point) -> float:
+        return position_enu_m[2] - self.ground_m(position_enu_m[0], position_enu_m[1])
+
+    def admissible(self, start_enu_m: Point, ends_enu_m: FloatArray) -> BoolArray:
+        """Tell which legs from `start` are allowed: (N, 3) float64 -> (N,) bool.
+
+        A vehicle that is already too low or too near to a teammate may take legs that make it no worse.
+        """
+        start = as_array(start_enu_m)
+        clearances = self._clearances(start, ends_enu_m)
+        here = float(self._clearances(start, start[None, :])[0])
+        floor_m = self.min_above_m if math.isnan(here) else min(self.min_above_m, here)
+        end_heights = np.array([end[2] - self.ground_m(end[0], end[1]) for end in ends_enu_m])
+        with np.errstate(invalid="ignore"):
+            clear = (clearances >= floor_m - 0.05) & (end_heights >= self.min_above_m - 0.05)
+            clear &= (end_heights <= self.max_above_m + 0.05) & (
+                np.linalg.norm(ends_enu_m - start, axis=1) <= 1.5 * self.reach_m + 1e-6
+            )
+        for index in np.flatnonzero(clear):
+            clear[index] = self._separated(start, ends_enu_m[index])
+        return clear
+
+    def fit(self, start_enu_m: Point, end_en_m: tuple[float, float]) -> Point | None:
+        """The lowest admissible end over (or short of) a horizontal target within reach; None when there is none.
+
+        The target is approached as far as the constraints let one leg go; where even a short leg would be too low, a
+        climb on the spot.
+        """
+        east_m, north_m = end_en_m
+        away_m = math.hypot(east_m - start_enu_m[0], north_m - start_enu_m[1])
+        scale = min(1.0, self.reach_m / away_m) if away_m > 0 else 1.0
+        for shortening in _SHORTENINGS:
+            part = scale * shortening
+            choices = self._heights_over(
+                start_enu_m[0] + part * (east_m - start_enu_m[0]), start_enu_m[1] + part * (north_m - start_enu_m[1])
+            )
+            if choices is None:
+                continue
+            admissible = self.admissible(start_enu_m, choices)
+            if admissible.any():
+                return _point(choices[int(np.argmax(admissible))])
+        return None
+
+    def climb(self, start_enu_m: Point) -> Point | None:
+        """A higher admissible point straight above; None when the height band ends here or the way up is taken."""
+        choices = self._heights_over(start_enu_m[0], start_enu_m[1])
+        if choices is None:
+            return None
+        choices = choices[choices[:, 2] > start_enu_m[2] + 0.25 * self.min_above_m]
+        admissible = self.admissible(start_enu_m, choices) if len(choices) else np.zeros(0, dtype=np.bool_)
+        return _point(choices[int(np.argmax(admissible))]) if admissible.any() else None
+
+    def _heights_over(self, east_m: float, north_m: float) -> FloatArray | None:
+        ground_m = self.ground_m(east_m, north_m)
+        if math.isnan(ground_m):
+            return None
+        heights = ground_m + np.linspace(self.min_above_m, self.max_above_m, _HEIGHT_CHOICES)
+        return np.column_stack((np.full(len(heights), east_m), np.full(len(heights), north_m), heights))
+
+    def _clearances(self, start: npt.NDArray[np.float64], ends: FloatArray) -> FloatArray:
+        grid = self.grid
+        clearances: FloatArray = leg_clearances(
+            self.surface_m, grid.west_m, grid.south_m, grid.cell_m, start, np.ascontiguousarray(ends)
+        )
+        return clearances
+
+    def _separated(self, start: FloatArray, end: FloatArray) -> bool:
+        for reservation in self.reservations:
+            theirs = as_array(reservation.start_enu_m), as_array(reservation.end_enu_m)
+            apart_m = segment_distance_m(start, end, *theirs)
+            if apart_m < self.separation_m and apart_m < segment_distance_m(start, start, *theirs) - 0.05:
+                return False
+        return True
+
+
+def _point(row: FloatArray) -> Point:
+    return (float(row[0]), float(row[1]), float(row[2]))

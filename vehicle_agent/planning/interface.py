@@ -1,0 +1,134 @@
+"""What every planner is told and asked."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from vehicle_agent.domain.elevation import ElevationMap
+from vehicle_agent.domain.frames import Point
+from vehicle_agent.domain.polygon import BoolArray
+from vehicle_agent.planning.constraints import Constraints
+
+
+@dataclass(frozen=True, slots=True)
+class Teammate:
+    """What a vehicle knows of a teammate that it still hears.
+
+    Attributes
+    ----------
+    index
+        Team index.
+    position_enu_m
+        As last told.
+    goal_enu_m
+        What it claims to be going for; None when it claims nothing.
+    goal_cost_m
+        Length of its way to that goal when it claimed it.
+    """
+
+    index: int
+    position_enu_m: Point
+    goal_enu_m: Point | None = None
+    goal_cost_m: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Observation:
+    """What a vehicle measured at one step.
+
+    Attributes
+    ----------
+    position_enu_m
+        P_t of Renzaglia 2020.
+    objective
+        J_t at that position: cells first observed by this vehicle so far (eq. 5).
+    """
+
+    position_enu_m: Point
+    objective: float
+
+
+@dataclass(frozen=True, slots=True)
+class Situation:
+    """What a vehicle knows when it decides.
+
+    Attributes
+    ----------
+    index
+        Its own team index.
+    position_enu_m
+        Where it is.
+    team_map
+        Everything that it measured or was told.
+    area_cells
+        (columns, rows) bool, the cells to be seen.
+    range_m
+        Its sensing distance.
+    constraints
+        Where it may go from here.
+    teammates
+        Those that it still hears, by team index.
+    """
+
+    index: int
+    position_enu_m: Point
+    team_map: ElevationMap
+    area_cells: BoolArray
+    range_m: float
+    constraints: Constraints
+    teammates: tuple[Teammate, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Waypoint:
+    """Where to go next, and why.
+
+    Attributes
+    ----------
+    position_enu_m
+        End of the next straight leg; admissible under the constraints it was asked with.
+    why
+        For a person to read.
+    goal_enu_m
+        The place it is finally going for, which teammates should leave to it; None when there is none.
+    goal_cost_m
+        Length of the way to the goal.
+    route_enu_m
+        Points after this one, as planned now.
+    """
+
+    position_enu_m: Point
+    why: str
+    goal_enu_m: Point | None = None
+    goal_cost_m: float = 0.0
+    route_enu_m: tuple[Point, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Wait:
+    """Nowhere to go at this moment (the way is taken); ask again soon."""
+
+    why: str
+
+
+@dataclass(frozen=True, slots=True)
+class Finished:
+    """Nothing is left to do for this planner."""
+
+    why: str
+
+
+Decision = Waypoint | Wait | Finished
+
+
+class Planner(Protocol):
+    """Decides for one vehicle: told what was measured, asked where to go."""
+
+    def tell(self, observation: Observation) -> None:
+        """Take in what was measured at the present step."""
+        ...
+
+    def ask(self, situation: Situation) -> Decision:
+        """Say where to go next."""
+        ...
