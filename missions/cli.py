@@ -1,0 +1,107 @@
+"""The `missions` program: fly missions with real processes, simulate, check and list them."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import click
+
+SPEEDUP = click.FloatRange(0.0, 100.0, min_open=True)
+SEED = click.IntRange(0, 2**32 - 1)
+PORT_BASE = click.IntRange(1024, 64_000)
+MISSION = click.argument("mission", metavar="FILE_OR_NAME")
+
+
+class _Group(click.Group):
+    """Turns what a user can mend into one sentence on standard error and exit code 2."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        from vehicle_agent.mission.load import MissionError
+
+        try:
+            return super().invoke(ctx)
+        except MissionError as error:
+            print(f"missions: {error}", file=sys.stderr)
+            ctx.exit(2)
+
+
+@click.group(cls=_Group, context_settings={"help_option_names": ["-h", "--help"]})
+def main() -> None:
+    """Missions for fleets of unmanned vehicles."""
+
+
+@main.command()
+@MISSION
+@click.option("--plain", is_flag=True, help="Lines instead of the dashboard; chosen by itself without a terminal.")
+@click.option("--speedup", type=SPEEDUP, help="Simulated seconds per second (default: as in the mission).")
+@click.option("--seed", type=SEED, help="Seed of every random draw (default: as in the mission).")
+@click.option("--port-base", type=PORT_BASE, metavar="P", help="Zenoh ports from P on, MAVLink ports from P + 100 on.")
+@click.option("--runs-dir", type=click.Path(path_type=Path), default=Path("runs"), show_default=True)
+def run(
+    mission: str, plain: bool, speedup: float | None, seed: int | None, port_base: int | None, runs_dir: Path
+) -> None:
+    """Fly a mission with real processes: simulator, one agent per vehicle, ground station.
+
+    Exit code 0 when at least 99 % of the reachable surface was observed and every vehicle is home and disarmed, 1 when
+    not, 2 when the mission cannot be flown, 130 after Ctrl-C.
+    """
+    from missions.catalogue import load_named_mission
+    from missions.flown import Changes
+    from missions.run import run_mission
+
+    plan = load_named_mission(mission, Changes(speedup, seed, port_base).apply)
+    sys.exit(run_mission(plan, runs_dir, plain))
+
+
+@main.command("list")
+def list_missions() -> None:
+    """List the missions that come with the package."""
+    from missions.catalogue import built_in_missions
+    from missions.describe import one_line
+    from vehicle_agent.mission.load import load_mission
+
+    for path in built_in_missions().values():
+        print(one_line(load_mission(path)))
+
+
+@main.command()
+@MISSION
+def check(mission: str) -> None:
+    """Check a mission file and its terrain, and tell what it will do."""
+    from missions.catalogue import load_named_mission
+    from missions.describe import description
+    from missions.processes import simulated_names
+    from sim_bridge.reach import reachable_cells
+    from sim_bridge.world import World
+
+    plan = load_named_mission(mission)
+    if not simulated_names(plan):
+        print(description(plan, None, None))
+        return
+    world = World.of(plan)
+    print(description(plan, world.elevation_m, reachable_cells(plan, world)))
+
+
+@main.command()
+def schema() -> None:
+    """Print the JSON Schema of the mission file."""
+    import json
+
+    from vehicle_agent.mission.load import mission_schema
+
+    print(json.dumps(mission_schema(), indent=2))
+
+
+@main.command()
+@click.argument("run_folder", metavar="RUN", type=click.Path(path_type=Path))
+def report(run_folder: Path) -> None:
+    """Print the summary of a run folder again."""
+    from missions.summary import read_summary, summary_text
+
+    print(summary_text(read_summary(run_folder), run_folder))
+
+
+if __name__ == "__main__":
+    main()

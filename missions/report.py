@@ -1,0 +1,158 @@
+"""Works out what became of a run: joins the vehicles' maps, asks the referee's file, and judges."""
+
+from __future__ import annotations
+
+import math
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import msgspec
+import numpy as np
+
+from missions.ending import Ending, MissionWatch, VehicleRecord
+from missions.summary import Summary, VehicleSummary
+from vehicle_agent.domain.elevation import ElevationMap
+from vehicle_agent.domain.grid import Grid
+from vehicle_agent.domain.polygon import BoolArray
+from vehicle_agent.mission.load import MissionPlan
+
+AIM_FRACTION = 0.99
+"""Share of the reachable surface that a successful run has observed."""
+HOME_WITHIN_M = 10.0
+"""Horizontal distance from its start within which a landed vehicle counts as returned."""
+
+
+class RefereeResult(msgspec.Struct, frozen=True):
+    """What is read of the simulator's `sim_result.json`; its other keys are for people."""
+
+    min_separation_m: float | None = None
+    fence_breaches: int | None = None
+    crashes: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class RunFacts:
+    """What the supervisor knows of a run that the files do not tell.
+
+    Attributes
+    ----------
+    ending, ending_text
+        Why it was over.
+    wall_s, first_airborne_wall_s
+        Wall time of the run and until the first vehicle was armed.
+    peak_memory_bytes
+        Of all processes together, proportional set size.
+    warnings
+        Sentences collected on the way.
+    """
+
+    ending: Ending
+    ending_text: str
+    wall_s: float
+    first_airborne_wall_s: float | None
+    peak_memory_bytes: int
+    warnings: tuple[str, ...]
+
+
+def load_map(path: Path, grid: Grid) -> ElevationMap | None:
+    """Read one vehicle's `map.npz`; None when it is missing, torn or of another grid."""
+    try:
+        with np.load(path, allow_pickle=False) as arrays:
+            loaded = ElevationMap(grid)
+            loaded.first_stamp_ms[...] = arrays["first_stamp_ms"]
+            loaded.observers[...] = arrays["observers"]
+            loaded.elevation_dm[...] = arrays["elevation_dm"]
+    except (OSError, ValueError, KeyError, zipfile.BadZipFile):
+        return None
+    return loaded
+
+
+def join_maps(plan: MissionPlan, run_dir: Path) -> ElevationMap:
+    """Merge what every vehicle of a run left behind into one map."""
+    joined = ElevationMap(plan.grid)
+    for name in plan.vehicle_names:
+        if (one := load_map(run_dir / name / "map.npz", plan.grid)) is not None:
+            joined.merge(one)
+    return joined
+
+
+def read_referee(run_dir: Path) -> RefereeResult | None:
+    """Read the simulator's verdict; None when there is none."""
+    try:
+        return msgspec.json.decode((run_dir / "sim_result.json").read_bytes(), type=RefereeResult)
+    except (OSError, msgspec.DecodeError):
+        return None
+
+
+def summarise(
+    plan: MissionPlan, run_dir: Path, watch: MissionWatch, facts: RunFacts, reachable: BoolArray | None
+) -> Summary:
+    """Judge a run.
+
+    Parameters
+    ----------
+    reachable : (columns, rows) bool, the surface that can be seen at all; None when nobody knows the true terrain.
+    """
+    joined = join_maps(plan, run_dir)
+    referee = read_referee(run_dir)
+    within = plan.area_cells if reachable is None else reachable
+    observed_fraction = int(np.count_nonzero(joined.observed & within)) / max(1, int(np.count_nonzero(within)))
+    seen_cells = max(1, int(np.count_nonzero(joined.observed)))
+    vehicles = [
+        _vehicle_summary(plan, index, record, joined.first_observer_share(index) / seen_cells)
+        for index, record in enumerate(watch.vehicles.values())
+    ]
+    return Summary(
+        mission=plan.mission.name,
+        title=plan.mission.title,
+        seed=plan.mission.seed,
+        speedup=plan.mission.simulation.speedup,
+        verdict=verdict(facts, vehicles, observed_fraction),
+        ending=facts.ending.value,
+        observed_fraction=observed_fraction,
+        truth_known=reachable is not None,
+        elapsed_s=watch.elapsed_s,
+        wall_s=facts.wall_s,
+        first_airborne_wall_s=facts.first_airborne_wall_s,
+        vehicles=vehicles,
+        min_separation_m=referee.min_separation_m if referee else None,
+        fence_breaches=referee.fence_breaches if referee else None,
+        crashes=referee.crashes if referee else None,
+        peak_memory_bytes=facts.peak_memory_bytes,
+        warnings=list(facts.warnings),
+    )
+
+
+def verdict(facts: RunFacts, vehicles: list[VehicleSummary], observed_fraction: float) -> str | None:
+    """None when the run reached its aim, else the first reason why not, as a sentence."""
+    if facts.ending is not Ending.COMPLETE:
+        return facts.ending_text
+    for vehicle in vehicles:
+        if not vehicle.home_and_disarmed and not (vehicle.agent_lost and vehicle.disarmed):
+            return f"{vehicle.name} is not home and disarmed"
+    if observed_fraction < AIM_FRACTION:
+        return f"{100 * observed_fraction:.2f} % observed, less than {100 * AIM_FRACTION:.0f} %"
+    return None
+
+
+def _vehicle_summary(plan: MissionPlan, index: int, record: VehicleRecord, first_seen_share: float) -> VehicleSummary:
+    vehicle, status = plan.mission.vehicles[index], record.status
+    position = record.position_m
+    near_home = position is not None and math.dist(position[:2], vehicle.start_enu_m[:2]) <= HOME_WITHIN_M
+    span_s = 0.0
+    if status is not None and record.first_stamp_ms is not None:
+        span_s = (status.stamp_ms - record.first_stamp_ms) / 1000.0
+    bytes_sent = status.bytes_sent if status else 0
+    return VehicleSummary(
+        name=vehicle.name,
+        stage=status.stage.name.lower().replace("_", "-") if status else "never-heard",
+        agent_lost=record.agent_ended,
+        disarmed=record.disarmed,
+        home_and_disarmed=(near_home and record.disarmed) if position is not None else None,
+        flown_m=record.flown_m,
+        first_seen_share=first_seen_share,
+        bytes_sent=bytes_sent,
+        bytes_per_s=bytes_sent / span_s if span_s > 0 else 0.0,
+        messages_dropped=status.messages_dropped if status else 0,
+    )
