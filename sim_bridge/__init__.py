@@ -1,0 +1,1 @@
+"""A fleet's bodies and their world, seen by others only through MAVLink and the payload topic."""
