@@ -113,7 +113,7 @@ class VehicleRecord:
         position = _metres(position_cm)
         if armed and self.took_off_ms is None:
             self.took_off_ms = stamp_ms
-        if armed and self._track_end_m is not None:
+        if self._armed and self._track_end_m is not None:
             self.flown_m += math.dist(position, self._track_end_m)
         if self._armed and not armed:
             self.down_ms = stamp_ms

@@ -44,7 +44,7 @@ class Changes:
     planner: str | None = None
 
     def apply(self, mission: Mission) -> Mission:
-        """Return the changed mission; raises msgspec.ValidationError when a value is not one the file could have."""
+        """Return the changed mission; raises MissionError when a value is not one the file could have."""
         content = msgspec.to_builtins(mission)
         if self.speedup is not None:
             content["simulation"]["speedup"] = self.speedup
@@ -55,7 +55,10 @@ class Changes:
             content["simulation"]["mavlink_port"] = self.port_base + MAVLINK_PORT_OFFSET
         if self.planner is not None:
             content["task"]["planner"] = self.planner
-        return msgspec.convert(content, Mission)
+        try:
+            return msgspec.convert(content, Mission)
+        except msgspec.ValidationError as error:
+            raise MissionError(f"an option does not fit the mission ({error}); choose another value") from None
 
 
 def write_flown(plan: MissionPlan, run_dir: Path) -> MissionPlan:

@@ -1,0 +1,35 @@
+"""What every kind of test may ask for."""
+
+from __future__ import annotations
+
+import os
+import socket
+
+import pytest
+
+PORTS_PER_FLEET = 200
+LOWEST_BASE = 12_000
+HIGHEST_BASE = 32_000
+"""Below Linux's ephemeral ports, so that outgoing connections cannot take what was found free."""
+
+
+def _all_free(base: int) -> bool:
+    for offset in (*range(8), *range(100, 180, 10)):
+        for kind in (socket.SOCK_STREAM, socket.SOCK_DGRAM):
+            with socket.socket(socket.AF_INET, kind) as probe:
+                try:
+                    probe.bind(("127.0.0.1", base + offset))
+                except OSError:
+                    return False
+    return True
+
+
+@pytest.fixture
+def free_port_base() -> int:
+    """First of a block of ports that are free now: Zenoh's at +0.., MAVLink's at +100..; parallel tests look apart."""
+    blocks = (HIGHEST_BASE - LOWEST_BASE) // PORTS_PER_FLEET
+    for attempt in range(blocks):
+        base = LOWEST_BASE + (os.getpid() + attempt) % blocks * PORTS_PER_FLEET
+        if _all_free(base):
+            return base
+    raise RuntimeError("no block of free ports")
