@@ -1,0 +1,1 @@
+"""The world behind the ports: MAVLink autopilots, Zenoh, files."""
