@@ -9,12 +9,18 @@ from msgspec import Meta
 
 from vehicle_agent.wire.messages import NAME_PATTERN
 
-Positive = Annotated[float, Meta(gt=0, le=1e6)]
+LINE_PATTERN = r"^[^\x00-\x1f\x7f-\x9f\u2028\u2029]*\Z"
+ADDRESS_PATTERN = r"^([A-Za-z0-9][A-Za-z0-9.-]{0,252}|\[[0-9A-Fa-f:.]{2,45}\])\Z"
+CONNECTION_PATTERN = r"^(udpin|udpout|tcpin|tcpout|udp|tcp|serial|serial_flowcontrol)://[!-~]{1,200}\Z"
+
+Positive = Annotated[float, Meta(ge=0.001, le=1e6)]
 NonNegative = Annotated[float, Meta(ge=0, le=1e6)]
 Metres = Annotated[float, Meta(ge=-1e6, le=1e6)]
-Port = Annotated[int, Meta(ge=1024, le=65000)]
+AltitudeM = Annotated[float, Meta(ge=-12_000, le=12_000)]
+Port = Annotated[int, Meta(ge=1024, le=65535)]
 EastNorth = tuple[Metres, Metres]
-Degrees = Annotated[float, Meta(ge=-180, le=180)]
+LatitudeDeg = Annotated[float, Meta(ge=-90, le=90)]
+LongitudeDeg = Annotated[float, Meta(ge=-180, le=180)]
 
 
 class _Table(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -33,8 +39,8 @@ class DatumTable(_Table, frozen=True, kw_only=True):
     """
 
     latitude_deg: Annotated[float, Meta(ge=-89, le=89)]
-    longitude_deg: Degrees
-    altitude_amsl_m: Annotated[float, Meta(ge=-12_000, le=12_000)] = 0.0
+    longitude_deg: LongitudeDeg
+    altitude_amsl_m: AltitudeM = 0.0
 
 
 class AreaTable(_Table, frozen=True, kw_only=True):
@@ -54,10 +60,12 @@ class AreaTable(_Table, frozen=True, kw_only=True):
         How far inside the area's border vehicles stay.
     """
 
-    cell_m: Positive
+    cell_m: Annotated[float, Meta(ge=0.01, le=1e5)]
     rectangle_enu_m: tuple[Metres, Metres, Metres, Metres] | None = None
     polygon_enu_m: Annotated[tuple[EastNorth, ...], Meta(min_length=3, max_length=500)] | None = None
-    polygon_deg: Annotated[tuple[tuple[Degrees, Degrees], ...], Meta(min_length=3, max_length=500)] | None = None
+    polygon_deg: Annotated[tuple[tuple[LatitudeDeg, LongitudeDeg], ...], Meta(min_length=3, max_length=500)] | None = (
+        None
+    )
     fence_margin_m: NonNegative = 0.0
 
 
@@ -70,7 +78,7 @@ class GridTerrain(_Table, frozen=True, kw_only=True, tag_field="kind", tag="grid
         Path relative to the mission file.
     """
 
-    file: str
+    file: Annotated[str, Meta(pattern=LINE_PATTERN, min_length=1, max_length=1000)]
 
 
 class GaussianTerrain(_Table, frozen=True, kw_only=True, tag_field="kind", tag="gaussians"):
@@ -87,14 +95,20 @@ class GaussianTerrain(_Table, frozen=True, kw_only=True, tag_field="kind", tag="
     """
 
     peaks: Annotated[int, Meta(ge=1, le=1000)]
-    height_m: tuple[NonNegative, NonNegative]
+    height_m: tuple[Annotated[float, Meta(ge=0, le=12_000)], Annotated[float, Meta(ge=0, le=12_000)]]
     sigma_m: Positive
 
 
 class FlatTerrain(_Table, frozen=True, kw_only=True, tag_field="kind", tag="flat"):
-    """Level ground at `elevation_amsl_m`."""
+    """Level ground.
 
-    elevation_amsl_m: Metres = 0.0
+    Attributes
+    ----------
+    elevation_amsl_m
+        Height of the ground above mean sea level.
+    """
+
+    elevation_amsl_m: AltitudeM = 0.0
 
 
 Terrain = GridTerrain | GaussianTerrain | FlatTerrain
@@ -114,17 +128,25 @@ class ExploreTask(_Table, frozen=True, kw_only=True, tag_field="kind", tag="expl
     """
 
     planner: PlannerName = "claims"
-    step_m: Positive = 100.0
+    step_m: Annotated[float, Meta(ge=1, le=1e6)] = 100.0
 
 
 Task = ExploreTask
 
 
 class RangeSensor(_Table, frozen=True, kw_only=True, tag_field="kind", tag="range"):
-    """Sees every surface cell in line of sight within `range_m`, in all directions (Renzaglia section 3)."""
+    """Sees every surface cell in line of sight within its range, in all directions (Renzaglia section 3).
+
+    Attributes
+    ----------
+    range_m
+        How far it sees.
+    period_s
+        Vehicle time between two scans.
+    """
 
     range_m: Positive
-    period_s: Positive = 1.0
+    period_s: Annotated[float, Meta(ge=0.05, le=3600)] = 1.0
 
 
 class VehicleTable(_Table, frozen=True, kw_only=True):
@@ -155,13 +177,13 @@ class VehicleTable(_Table, frozen=True, kw_only=True):
     name: Annotated[str, Meta(pattern=NAME_PATTERN)]
     type: Literal["multicopter"] = "multicopter"
     start_enu_m: Annotated[tuple[Metres, ...], Meta(min_length=2, max_length=3)]
-    speed_m_s: Annotated[float, Meta(gt=0, le=100)]
-    climb_m_s: Annotated[float, Meta(gt=0, le=50)] = 5.0
+    speed_m_s: Annotated[float, Meta(ge=0.1, le=100)]
+    climb_m_s: Annotated[float, Meta(ge=0.1, le=50)] = 5.0
     sensor: RangeSensor
     min_above_terrain_m: Positive
     max_above_terrain_m: Positive
     system_id: Annotated[int, Meta(ge=1, le=99)] | None = None
-    connection: str | None = None
+    connection: Annotated[str, Meta(pattern=CONNECTION_PATTERN)] | None = None
 
 
 class RadioTable(_Table, frozen=True, kw_only=True):
@@ -179,7 +201,7 @@ class RadioTable(_Table, frozen=True, kw_only=True):
         Radio between vehicles in `missions simulate` (left out: unlimited, none, none).
     """
 
-    endpoint_host: str = "127.0.0.1"
+    endpoint_host: Annotated[str, Meta(pattern=ADDRESS_PATTERN)] = "127.0.0.1"
     zenoh_port: Port = 7450
     rate_bytes_s: Annotated[float, Meta(ge=200, le=1e9)] = 16_000.0
     range_m: Positive | None = None
@@ -202,10 +224,10 @@ class SimulationTable(_Table, frozen=True, kw_only=True):
         Flying time of a full battery.
     """
 
-    speedup: Annotated[float, Meta(gt=0, le=100)] = 1.0
+    speedup: Annotated[float, Meta(ge=0.1, le=100)] = 1.0
     ready_after_s: Annotated[float, Meta(ge=0, le=600)] = 8.0
     mavlink_port: Port = 5760
-    endurance_s: Positive = 2_400.0
+    endurance_s: Annotated[float, Meta(ge=1, le=1e6)] = 2_400.0
 
 
 class StopTable(_Table, frozen=True, kw_only=True):
@@ -222,7 +244,7 @@ class StopTable(_Table, frozen=True, kw_only=True):
     """
 
     observed_fraction: Annotated[float, Meta(gt=0, le=1)] = 1.0
-    time_limit_s: Positive = 3_600.0
+    time_limit_s: Annotated[float, Meta(ge=1, le=1e6)] = 3_600.0
     battery_reserve: Annotated[float, Meta(ge=0, lt=1)] = 0.15
 
 
@@ -238,7 +260,7 @@ class SafetyTable(_Table, frozen=True, kw_only=True):
     """
 
     separation_m: Positive = 20.0
-    teammate_silence_s: Positive = 15.0
+    teammate_silence_s: Annotated[float, Meta(ge=1, le=3600)] = 15.0
 
 
 class Mission(_Table, frozen=True, kw_only=True):
@@ -254,11 +276,29 @@ class Mission(_Table, frozen=True, kw_only=True):
         One line for people.
     seed
         Seed of every random draw of the mission.
+    datum
+        Origin of the local frame.
+    area
+        What is to be explored, also the fence.
+    terrain
+        The ground that the simulator puts there; vehicles do not know it.
+    task
+        What the team does.
+    vehicles
+        The team, in order: the n-th vehicle's ids and ports follow from its place.
+    radio
+        The link between vehicles.
+    simulation
+        How the built-in simulator runs.
+    stop
+        When the mission ends.
+    safety
+        Distances and times that planning keeps.
     """
 
     format: Literal[1]
     name: Annotated[str, Meta(pattern=NAME_PATTERN)]
-    title: str = ""
+    title: Annotated[str, Meta(pattern=LINE_PATTERN, max_length=120)] = ""
     seed: Annotated[int, Meta(ge=0, le=2**32 - 1)] = 0
     datum: DatumTable
     area: AreaTable
