@@ -12,6 +12,8 @@ import numpy as np
 
 from missions.ending import Ending, MissionWatch, VehicleRecord
 from missions.summary import Summary, VehicleSummary
+from vehicle_agent.adapters.file_journal import FileJournal, JournalError, JournalHeader
+from vehicle_agent.behaviour.map_exchange import MapExchange
 from vehicle_agent.domain.elevation import ElevationMap
 from vehicle_agent.domain.grid import Grid
 from vehicle_agent.domain.polygon import BoolArray
@@ -68,12 +70,29 @@ def load_map(path: Path, grid: Grid) -> ElevationMap | None:
     return loaded
 
 
+def replay_journal(plan: MissionPlan, index: int, run_dir: Path) -> ElevationMap | None:
+    """What one vehicle had journalled of its own observations; None when its journal is missing or not its own."""
+    name = plan.vehicle_names[index]
+    path = run_dir / name / "journal.bin"
+    if not path.is_file():
+        return None
+    try:
+        journal = FileJournal.open(path, JournalHeader.of(plan, name))
+    except JournalError:
+        return None
+    try:
+        return MapExchange(plan.grid, plan.vehicle_names, index, 0, journal.records()).team_map
+    finally:
+        journal.close()
+
+
 def join_maps(plan: MissionPlan, run_dir: Path) -> ElevationMap:
-    """Merge what every vehicle of a run left behind into one map."""
+    """Merge what every vehicle of a run left behind into one map: its map, and the journal of one that was killed."""
     joined = ElevationMap(plan.grid)
-    for name in plan.vehicle_names:
-        if (one := load_map(run_dir / name / "map.npz", plan.grid)) is not None:
-            joined.merge(one)
+    for index, name in enumerate(plan.vehicle_names):
+        for one in (load_map(run_dir / name / "map.npz", plan.grid), replay_journal(plan, index, run_dir)):
+            if one is not None:
+                joined.merge(one)
     return joined
 
 

@@ -1,0 +1,106 @@
+"""Simulates a mission with one seed or many, each in lock-step, and tells how it went."""
+
+from __future__ import annotations
+
+import multiprocessing
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+from missions.catalogue import load_named_mission
+from missions.flown import Changes
+from missions.lockstep import LockstepResult, simulate
+from missions.report import AIM_FRACTION
+from sim_bridge.world import World
+from vehicle_agent.mission.load import MissionError
+
+MIN_SEPARATION_M = 5.0
+"""Two vehicles in the air closer than this count as a breach."""
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """What is told of one seed among many."""
+
+    seed: int
+    observed_fraction: float
+    elapsed_s: float
+    min_separation_m: float
+    fence_breaches: int
+    good: bool
+
+    def __str__(self) -> str:
+        mark = "" if self.good else "  <- below the bar"
+        return (
+            f"seed {self.seed:>6}  observed {100 * self.observed_fraction:6.2f} %  {self.elapsed_s:7.0f} s  "
+            f"closest {self.min_separation_m:7.1f} m  fence breaches {self.fence_breaches}{mark}"
+        )
+
+
+def simulate_seeds(mission: str, seeds: Sequence[int | None], planner: str | None, out: Path | None, jobs: int) -> int:
+    """Simulate, save into `out` (a folder per seed when there are several), print; return the exit code.
+
+    Raises MissionError as `load_mission` does, and when `out` cannot be written.
+    """
+    if len(seeds) == 1:
+        result = _fly(mission, seeds[0], planner, out)
+        print(result.summary())
+        return int(not _is_good(result))
+    print(f"{len(seeds)} seeds of {mission}")
+    lines = []
+    for line in _fly_all(mission, [seed for seed in seeds if seed is not None], planner, out, jobs):
+        lines.append(line)
+        print(line, flush=True)
+    bad = sum(not line.good for line in lines)
+    worst = min(line.observed_fraction for line in lines)
+    nearest_m = min(line.min_separation_m for line in lines)
+    print(
+        f"worst: {100 * worst:.2f} % observed, {nearest_m:.1f} m apart, "
+        f"{sum(line.fence_breaches for line in lines)} fence breaches; {len(lines) - bad} of {len(lines)} seeds good"
+    )
+    return int(bad > 0)
+
+
+def _fly_all(mission: str, seeds: Sequence[int], planner: str | None, out: Path | None, jobs: int) -> Iterator[Line]:
+    arguments = [(mission, seed, planner, None if out is None else out / f"seed-{seed}") for seed in seeds]
+    if jobs == 1:
+        yield from map(_line, arguments)
+        return
+    context = multiprocessing.get_context("spawn")  # a fork would copy other libraries' threads half
+    with ProcessPoolExecutor(jobs, mp_context=context) as pool:
+        yield from pool.map(_line, arguments)
+
+
+def _line(arguments: tuple[str, int, str | None, Path | None]) -> Line:
+    mission, seed, planner, out = arguments
+    result = _fly(mission, seed, planner, out)
+    return Line(
+        seed=seed,
+        observed_fraction=result.observed_fraction,
+        elapsed_s=result.elapsed_s,
+        min_separation_m=result.min_separation_m,
+        fence_breaches=result.fence_breaches,
+        good=_is_good(result),
+    )
+
+
+def _fly(mission: str, seed: int | None, planner: str | None, out: Path | None) -> LockstepResult:
+    plan = load_named_mission(mission, Changes(seed=seed, planner=planner).apply)
+    result = simulate(plan, World.of(plan))
+    if out is not None:
+        try:
+            result.save(out)
+        except OSError as error:
+            raise MissionError(
+                f"{out}: cannot be written ({error.strerror}); choose another folder with --out"
+            ) from None
+    return result
+
+
+def _is_good(result: LockstepResult) -> bool:
+    return (
+        result.observed_fraction >= AIM_FRACTION
+        and result.min_separation_m >= MIN_SEPARATION_M
+        and result.fence_breaches == 0
+    )
