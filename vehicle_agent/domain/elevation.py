@@ -85,7 +85,8 @@ class ElevationMap:
     def observe(self, observer_index: int, observations: CellObservations) -> CellObservations:
         """Fold one vehicle's observations in and return those that changed the map (new, earlier or tied cells).
 
-        Raises ValueError when the observer's index or a cell index lies outside the team or the grid.
+        Raises ValueError when the observer's index or a cell index lies outside the team or the grid, when the indices
+        do not increase, or when a stamp is the one that means unobserved.
         """
         if not 0 <= observer_index < MAX_OBSERVERS:
             raise ValueError(f"observer index {observer_index} is outside 0..{MAX_OBSERVERS - 1}")
@@ -94,6 +95,10 @@ class ElevationMap:
             return observations
         if indices[0] < 0 or indices[-1] >= self.grid.cells:
             raise ValueError(f"cell index {indices[0]} or {indices[-1]} is outside a grid of {self.grid.cells} cells")
+        if np.any(indices[1:] <= indices[:-1]):
+            raise ValueError("cell indices must be strictly increasing")
+        if observations.stamps_ms.max() >= UNOBSERVED_STAMP_MS:
+            raise ValueError("a stamp is later than any observation can be")
         bits = np.full(len(indices), 1 << observer_index, dtype=np.uint64)
         changed = self._fold(indices, observations.stamps_ms, bits, observations.elevations_dm)
         return CellObservations(indices[changed], observations.elevations_dm[changed], observations.stamps_ms[changed])

@@ -1,8 +1,9 @@
 """Frames: the mission's local east-north-up metres, geodetic coordinates and north-east-down.
 
 The local frame is the plane that autopilots use for navigation: metres along the meridian and along the parallel of
-the datum, scaled by the WGS 84 radii of curvature there, with z the height above the datum's altitude. Within 5 km
-of the datum it departs from the geodesic by less than one metre, and z stays an altitude at any distance.
+the datum, scaled by the WGS 84 radii of curvature there, with z the height above the datum's altitude. At a distance d
+from the datum it departs from the tangent plane by at most d^2 (0.6 tan|latitude| + 0.01) / R + d^3 / (2 R^2) with the
+Earth's radius R: at 40 degrees 2.0 m at 5 km. All vehicles share the departure, and z stays an altitude at any distance.
 """
 
 from __future__ import annotations
@@ -54,6 +55,8 @@ class Datum:
             raise ValueError("the datum's latitude must lie within -89 and 89 degrees")
         if not -180.0 <= self.longitude_deg <= 180.0:
             raise ValueError("the datum's longitude must lie within -180 and 180 degrees")
+        if not math.isfinite(self.altitude_amsl_m):
+            raise ValueError("the datum's altitude must be a finite number of metres")
         latitude = math.radians(self.latitude_deg)
         eccentricity_squared = FLATTENING * (2.0 - FLATTENING)
         w = 1.0 - eccentricity_squared * math.sin(latitude) ** 2
@@ -65,10 +68,11 @@ class Datum:
     def to_geodetic(self, position_enu_m: Point) -> Geodetic:
         """Local east, north, up metres to latitude, longitude and altitude above mean sea level."""
         east_m, north_m, up_m = position_enu_m
+        longitude_deg = self.longitude_deg + east_m / self._east_m_per_deg
+        if not -180.0 <= longitude_deg <= 180.0:  # beyond the antimeridian
+            longitude_deg = (longitude_deg + 180.0) % 360.0 - 180.0
         return Geodetic(
-            self.latitude_deg + north_m / self._north_m_per_deg,
-            self.longitude_deg + east_m / self._east_m_per_deg,
-            self.altitude_amsl_m + up_m,
+            self.latitude_deg + north_m / self._north_m_per_deg, longitude_deg, self.altitude_amsl_m + up_m
         )
 
     def to_enu(self, position: Geodetic) -> Point:

@@ -23,8 +23,8 @@ def _height_on_line(elevation: FloatArray, line: int, across: float, along_colum
     high = min(low + 1, size - 1)
     part = min(max(across - low, 0.0), 1.0)
     if along_columns:
-        return (1.0 - part) * elevation[line, low] + part * elevation[line, high]
-    return (1.0 - part) * elevation[low, line] + part * elevation[high, line]
+        return float((1.0 - part) * elevation[line, low] + part * elevation[line, high])
+    return float((1.0 - part) * elevation[low, line] + part * elevation[high, line])
 
 
 @compiled

@@ -19,10 +19,17 @@ _SHORTENINGS = (1.0, 0.5, 0.25)
 
 @dataclass(frozen=True, slots=True)
 class Reservation:
-    """The straight leg that a teammate has reserved; both ends equal when it stays."""
+    """The straight leg that a teammate has reserved; both ends equal when it stays.
+
+    Attributes
+    ----------
+    owner_index
+        Team index of who reserved it: of two that reserved crossing legs at the same time, the lower has the way.
+    """
 
     start_enu_m: Point
     end_enu_m: Point
+    owner_index: int = -1
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +84,7 @@ class Constraints:
                 np.linalg.norm(ends_enu_m - start, axis=1) <= 1.5 * self.reach_m + 1e-6
             )
         for index in np.flatnonzero(clear):
-            clear[index] = self._separated(start, ends_enu_m[index])
+            clear[index] = self.conflict(start_enu_m, _point(ends_enu_m[index])) is None
         return clear
 
     def fit(self, start_enu_m: Point, end_en_m: tuple[float, float]) -> Point | None:
@@ -124,13 +131,19 @@ class Constraints:
         )
         return clearances
 
-    def _separated(self, start: FloatArray, end: FloatArray) -> bool:
+    def clearance_m(self, start_enu_m: Point, end_enu_m: Point) -> float:
+        """Smallest height above the surface along a leg; NaN where it leaves what is known and allowed."""
+        return float(self._clearances(as_array(start_enu_m), as_array(end_enu_m)[None, :])[0])
+
+    def conflict(self, start_enu_m: Point, end_enu_m: Point) -> Reservation | None:
+        """The first reservation that a leg comes too near to, and nearer than its start is; None when it is clear."""
+        start, end = as_array(start_enu_m), as_array(end_enu_m)
         for reservation in self.reservations:
             theirs = as_array(reservation.start_enu_m), as_array(reservation.end_enu_m)
             apart_m = segment_distance_m(start, end, *theirs)
             if apart_m < self.separation_m and apart_m < segment_distance_m(start, start, *theirs) - 0.05:
-                return False
-        return True
+                return reservation
+        return None
 
 
 def _point(row: FloatArray) -> Point:

@@ -14,7 +14,7 @@ from msgspec import Meta
 
 NAME_PATTERN = r"^[a-z][a-z0-9-]{0,30}\Z"
 MAX_BLOB_BYTES = 60_000
-MAX_RECORDS = 64
+MAX_RECORDS = 256
 
 Name = Annotated[str, Meta(pattern=NAME_PATTERN)]
 U32 = Annotated[int, Meta(ge=0, le=2**32 - 1)]
@@ -113,6 +113,8 @@ class Status(Message, frozen=True, tag=1, kw_only=True):
     why: Text
     path_cm: Annotated[tuple[PositionCm, ...], Meta(max_length=12)] = ()
     """Waypoints after the reserved leg, as planned now."""
+    return_up_cm: Centimetres = 0
+    """ENU height to which its autopilot climbs when it returns by itself."""
 
 
 class DeltaRecord(msgspec.Struct, array_like=True, frozen=True):

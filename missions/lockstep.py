@@ -1,0 +1,231 @@
+"""A whole fleet in one process on simulated time: the very agents that fly, without sockets, the same every time.
+
+One tick: bodies move, agents are told what their autopilots, sensors and radios bring, agents decide, their orders
+and messages go out. Messages pass through the wire codec, so that bytes are counted as they would be sent.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from missions.lockstep_vehicle import LockstepVehicle
+from sim_bridge.fleet import Fleet
+from sim_bridge.radio import Radio, RadioParams
+from sim_bridge.reach import reachable_cells
+from sim_bridge.world import World
+from vehicle_agent.agent import VehicleAgent
+from vehicle_agent.domain.elevation import ElevationMap
+from vehicle_agent.domain.frames import FloatArray
+from vehicle_agent.mission.load import MissionPlan
+from vehicle_agent.wire.codec import Codec
+from vehicle_agent.wire.keys import key, topic_of
+from vehicle_agent.wire.messages import Event
+
+TICK_S = 0.2
+RECORD_PERIOD_S = 1.0
+GRACE_S = 1_200.0
+"""Time after the mission's limit for the way home, before a run is called off."""
+
+
+@dataclass(slots=True)
+class LockstepResult:
+    """What a simulated mission left behind.
+
+    Attributes
+    ----------
+    plan
+        The mission.
+    team_map
+        All agents' maps merged.
+    true_elevation_m, reachable
+        (columns, rows), the world's surface (ENU z) and which of its cells can be seen at all.
+    times_s : (T,) float64, simulated seconds.
+    positions_enu_m : (T, N, 3) float64.
+    observed_fraction_curve : (T,) float64, share of the reachable cells seen by the team.
+    elapsed_s
+        Simulated seconds until everybody was down.
+    bytes_sent, messages_dropped
+        Per vehicle.
+    finished, crashed
+        Per vehicle: landed and disarmed after its mission; hit the ground.
+    min_separation_m, fence_breaches
+        By the referee.
+    events
+        What the agents told, as (simulated seconds, vehicle, code, text).
+    """
+
+    plan: MissionPlan
+    team_map: ElevationMap
+    true_elevation_m: FloatArray
+    reachable: np.ndarray[Any, np.dtype[np.bool_]]
+    times_s: FloatArray
+    positions_enu_m: FloatArray
+    observed_fraction_curve: FloatArray
+    elapsed_s: float
+    bytes_sent: list[int]
+    messages_dropped: list[int]
+    finished: list[bool]
+    crashed: list[bool]
+    min_separation_m: float
+    fence_breaches: int
+    events: list[tuple[float, str, str, str]] = field(default_factory=list)
+
+    @property
+    def observed_fraction(self) -> float:
+        """Share of the reachable surface that the team has seen."""
+        return _share_seen(self.team_map, self.reachable)
+
+    def summary(self) -> dict[str, Any]:
+        """Figures of the run, as saved in `summary.json`."""
+        names = self.plan.vehicle_names
+        moved = np.linalg.norm(np.diff(self.positions_enu_m, axis=0), axis=2).sum(axis=0)
+        return {
+            "mission": self.plan.mission.name,
+            "seed": self.plan.mission.seed,
+            "planner": self.plan.mission.task.planner,
+            "observed_fraction": self.observed_fraction,
+            "elapsed_s": round(self.elapsed_s, 1),
+            "min_separation_m": self.min_separation_m if math.isfinite(self.min_separation_m) else None,
+            "fence_breaches": self.fence_breaches,
+            "vehicles": {
+                name: {
+                    "finished": self.finished[index],
+                    "crashed": self.crashed[index],
+                    "distance_m": round(float(moved[index]), 1),
+                    "first_seen_cells": self.team_map.first_observer_share(index, self.plan.area_cells),
+                    "bytes_sent": self.bytes_sent[index],
+                    "bytes_per_s": round(self.bytes_sent[index] / max(self.elapsed_s, 1.0), 1),
+                    "messages_dropped": self.messages_dropped[index],
+                }
+                for index, name in enumerate(names)
+            },
+        }
+
+    def save(self, folder: Path) -> None:
+        """Write `summary.json`, `events.jsonl` and `run.npz`; the same run gives the same bytes."""
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / "summary.json").write_text(json.dumps(self.summary(), indent=1, sort_keys=True) + "\n")
+        with (folder / "events.jsonl").open("w") as out:
+            for time_s, vehicle, code, text in self.events:
+                out.write(json.dumps({"time_s": time_s, "vehicle": vehicle, "code": code, "text": text}) + "\n")
+        arrays = {
+            "times_s": self.times_s,
+            "positions_enu_m": self.positions_enu_m,
+            "observed_fraction": self.observed_fraction_curve,
+            "first_stamp_ms": self.team_map.first_stamp_ms,
+            "observers": self.team_map.observers,
+            "elevation_dm": self.team_map.elevation_dm,
+            "true_elevation_m": self.true_elevation_m,
+        }
+        np.savez(folder / "run.npz", **arrays)  # type: ignore[arg-type]
+
+
+def simulate(
+    plan: MissionPlan,
+    world: World | None = None,
+    progress: Callable[[float, float], None] | None = None,
+) -> LockstepResult:
+    """Fly a mission in lock-step and return what it left behind.
+
+    Parameters
+    ----------
+    plan
+        The mission; its seed decides everything.
+    world
+        The true terrain; built from the plan when left out.
+    progress
+        Called about once per simulated second with the simulated seconds and the share of the reachable surface seen.
+    """
+    mission = plan.mission
+    world = world or World.of(plan)
+    fleet = Fleet(plan, world)
+    reachable = reachable_cells(plan, world)
+    seeds = [np.random.SeedSequence(mission.seed, spawn_key=(index,)) for index in range(len(mission.vehicles))]
+    agents = [VehicleAgent(plan, i, boot_id=1 + i, rng=np.random.default_rng(seed)) for i, seed in enumerate(seeds)]
+    links = [LockstepVehicle(plan, index, fleet) for index in range(len(agents))]
+    radio_rng = np.random.default_rng(np.random.SeedSequence(mission.seed, spawn_key=(2_000,)))
+    radio = Radio(
+        len(agents),
+        RadioParams(mission.radio.range_m, mission.radio.loss, mission.radio.delay_s, mission.radio.rate_bytes_s),
+        radio_rng,
+    )
+    codecs = [Codec() for _ in agents]
+    record = _Record(fleet, reachable)
+    limit_s = mission.stop.time_limit_s + GRACE_S
+    while not all(agent.finished for agent in agents) and fleet.time_s < limit_s:
+        fleet.step(TICK_S)
+        for receiver, data in radio.receive(fleet.time_s):
+            message = codecs[receiver].decode(data)
+            if message is not None:
+                links[receiver].inbox.messages.append(message)
+        positions = [vehicle.pilot.position_enu_m for vehicle in fleet.vehicles]
+        for index, agent in enumerate(agents):
+            now_s, inbox = links[index].take_inbox()
+            agent.messages_dropped = codecs[index].dropped
+            outbox = agent.step(now_s, inbox)
+            links[index].carry_out(outbox.actions)
+            for message in outbox.messages:
+                data = codecs[index].encode(message)
+                agent.bytes_sent += len(data) + len(key(mission.name, agent.name, topic_of(message)))
+                radio.send(index, data, fleet.time_s, positions)
+                if isinstance(message, Event):
+                    record.events.append((round(fleet.time_s, 3), agent.name, message.code, message.text))
+        record.tick([agent.map for agent in agents], progress)
+    return LockstepResult(
+        plan=plan,
+        team_map=_merged([agent.map for agent in agents]),
+        true_elevation_m=world.elevation_m,
+        reachable=reachable,
+        times_s=np.array(record.times_s),
+        positions_enu_m=np.array(record.positions).reshape(-1, len(agents), 3),
+        observed_fraction_curve=np.array(record.observed_fractions),
+        elapsed_s=fleet.time_s,
+        bytes_sent=[agent.bytes_sent for agent in agents],
+        messages_dropped=[codec.dropped for codec in codecs],
+        finished=[agent.finished for agent in agents],
+        crashed=[vehicle.crashed for vehicle in fleet.vehicles],
+        min_separation_m=fleet.referee.min_separation_m,
+        fence_breaches=fleet.referee.fence_breaches,
+        events=record.events,
+    )
+
+
+class _Record:
+    """Samples the run once per simulated second."""
+
+    def __init__(self, fleet: Fleet, reachable: np.ndarray[Any, np.dtype[np.bool_]]) -> None:
+        self._fleet, self._reachable = fleet, reachable
+        self._due_s = 0.0
+        self.times_s: list[float] = []
+        self.positions: list[list[tuple[float, float, float]]] = []
+        self.observed_fractions: list[float] = []
+        self.events: list[tuple[float, str, str, str]] = []
+
+    def tick(self, maps: list[ElevationMap], progress: Callable[[float, float], None] | None) -> None:
+        if self._fleet.time_s < self._due_s:
+            return
+        self._due_s = self._fleet.time_s + RECORD_PERIOD_S - 1e-6
+        seen = np.logical_or.reduce([team_map.observed for team_map in maps])
+        self.times_s.append(self._fleet.time_s)
+        self.positions.append([vehicle.pilot.position_enu_m for vehicle in self._fleet.vehicles])
+        self.observed_fractions.append(float((seen & self._reachable).sum()) / max(1, int(self._reachable.sum())))
+        if progress is not None:
+            progress(self._fleet.time_s, self.observed_fractions[-1])
+
+
+def _merged(maps: list[ElevationMap]) -> ElevationMap:
+    merged = maps[0].copy()
+    for team_map in maps[1:]:
+        merged.merge(team_map)
+    return merged
+
+
+def _share_seen(team_map: ElevationMap, reachable: np.ndarray[Any, np.dtype[np.bool_]]) -> float:
+    return float((team_map.observed & reachable).sum()) / max(1, int(reachable.sum()))

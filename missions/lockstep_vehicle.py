@@ -1,0 +1,125 @@
+"""Joins one agent to its simulated vehicle without MAVLink: orders in, state, scans and results out."""
+
+from __future__ import annotations
+
+from sim_bridge.fleet import Fleet
+from sim_bridge.modes import CopterMode, LandedState
+from sim_bridge.reply import Reply, VehicleSnapshot
+from sim_bridge.vehicle import Copter
+from vehicle_agent.mission.load import MissionPlan
+from vehicle_agent.ports import (
+    Action,
+    ActionResult,
+    Arm,
+    AutopilotText,
+    Disarm,
+    FlightMode,
+    GoTo,
+    Hold,
+    Inbox,
+    Land,
+    Landed,
+    Order,
+    ReturnHome,
+    SensorScan,
+    SetParameter,
+    SetSpeed,
+    TakeOff,
+    VehicleState,
+)
+
+HEARTBEAT_S = 1.0
+_MODES = {
+    CopterMode.GUIDED: FlightMode.GUIDED,
+    CopterMode.LOITER: FlightMode.HOLD,
+    CopterMode.BRAKE: FlightMode.HOLD,
+    CopterMode.RTL: FlightMode.RETURN,
+    CopterMode.LAND: FlightMode.LAND,
+    CopterMode.AUTO: FlightMode.MISSION,
+}
+_LANDED = {
+    LandedState.ON_GROUND: Landed.ON_GROUND,
+    LandedState.TAKING_OFF: Landed.TAKING_OFF,
+    LandedState.IN_AIR: Landed.IN_AIR,
+    LandedState.LANDING: Landed.LANDING,
+}
+
+
+class LockstepVehicle:
+    """One vehicle's autopilot and sensor, as its agent meets them.
+
+    Attributes
+    ----------
+    inbox
+        What waits for the agent's next step.
+    """
+
+    def __init__(self, plan: MissionPlan, index: int, fleet: Fleet) -> None:
+        self.inbox = Inbox()
+        self._fleet, self._index = fleet, index
+        self._controller_id = plan.controller_system_id(index)
+        self._scan_period_s = plan.mission.vehicles[index].sensor.period_s
+        self._scan_due_s = 0.0
+        self._heartbeat_due_s = 0.0
+
+    @property
+    def _vehicle(self) -> Copter:
+        return self._fleet.vehicles[self._index]
+
+    def take_inbox(self) -> tuple[float, Inbox]:
+        """The vehicle's Unix time and everything that came in since the last step."""
+        snapshot = self._vehicle.snapshot
+        if snapshot.time_s >= self._heartbeat_due_s:
+            self._heartbeat_due_s = snapshot.time_s + HEARTBEAT_S - 1e-6
+            self._vehicle.heard_controller(self._controller_id)
+        if snapshot.armed and snapshot.time_s >= self._scan_due_s:
+            self._scan_due_s = snapshot.time_s + self._scan_period_s - 1e-6
+            self.inbox.scans.append(SensorScan(self._fleet.scan(self._index)))
+        inbox, self.inbox = self.inbox, Inbox()
+        inbox.state = vehicle_state(snapshot)
+        inbox.texts = [AutopilotText(text.severity, text.text) for text in self._vehicle.drain_texts()]
+        return (snapshot.stamp_ms / 1000.0, inbox)
+
+    def carry_out(self, actions: list[Action]) -> None:
+        """Give orders to the vehicle; the replies are in the next inbox."""
+        for action in actions:
+            reply = _order(self._vehicle, action.order)
+            self.inbox.results.append(ActionResult(action.action_id, reply.accepted, reply.text))
+
+
+def vehicle_state(snapshot: VehicleSnapshot) -> VehicleState:
+    """A simulated autopilot's snapshot in the agent's words."""
+    return VehicleState(
+        stamp_ms=snapshot.stamp_ms,
+        position_enu_m=snapshot.position_enu_m,
+        velocity_enu_m_s=snapshot.velocity_enu_m_s,
+        heading_deg=snapshot.heading_deg,
+        armed=snapshot.armed,
+        landed=_LANDED[snapshot.landed],
+        mode=_MODES.get(snapshot.mode, FlightMode.MANUAL),
+        battery_fraction=snapshot.battery_fraction,
+        ready_to_arm=snapshot.ready_to_arm,
+        home_enu_m=snapshot.home_enu_m,
+    )
+
+
+def _order(vehicle: Copter, order: Order) -> Reply:
+    match order:
+        case SetParameter(name, value):
+            return vehicle.set_parameter(name, value)
+        case Arm():
+            return vehicle.arm()
+        case Disarm():
+            return vehicle.disarm()
+        case TakeOff(height_m):
+            return vehicle.take_off(height_m)
+        case GoTo(position_enu_m):
+            return vehicle.go_to(position_enu_m)
+        case SetSpeed(speed_m_s):
+            return vehicle.set_speed(speed_m_s)
+        case Hold():
+            return vehicle.hold()
+        case ReturnHome():
+            return vehicle.return_home()
+        case Land():
+            return vehicle.land()

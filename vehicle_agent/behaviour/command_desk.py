@@ -1,0 +1,30 @@
+"""Which of an operator's commands a vehicle obeys: each once, and only where it makes sense."""
+
+from __future__ import annotations
+
+from vehicle_agent.wire.messages import Command, Outcome, Stage, Verb
+
+_POSSIBLE_IN: dict[Verb, frozenset[Stage]] = {
+    Verb.HOLD: frozenset({Stage.WORKING, Stage.RETURNING, Stage.YIELDED}),
+    Verb.RESUME: frozenset({Stage.HOLDING, Stage.RETURNING, Stage.YIELDED}),
+    Verb.RETURN: frozenset({Stage.WORKING, Stage.HOLDING, Stage.YIELDED}),
+    Verb.LAND: frozenset({Stage.WORKING, Stage.HOLDING, Stage.RETURNING, Stage.YIELDED}),
+}
+
+
+class CommandDesk:
+    """Judges commands for one vehicle and remembers which it has answered."""
+
+    def __init__(self, own_name: str) -> None:
+        self._own_name = own_name
+        self._answered: set[tuple[str, int, int]] = set()
+
+    def judge(self, command: Command, stage: Stage) -> tuple[Outcome, str] | None:
+        """Outcome and reason, or None when the command is for others or was answered before."""
+        identity = (command.sender, command.boot_id, command.command_id)
+        if self._own_name not in command.targets or identity in self._answered:
+            return None
+        self._answered.add(identity)
+        if stage in _POSSIBLE_IN[command.verb]:
+            return (Outcome.ACCEPTED, "")
+        return (Outcome.REFUSED, f"cannot {command.verb.name.lower()} while {stage.name.lower().replace('_', ' ')}")

@@ -1,0 +1,67 @@
+"""Flying one straight leg: when it counts as flown, and where a vehicle comes to rest if it brakes now."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from vehicle_agent.domain.frames import Point
+from vehicle_agent.ports import VehicleState
+
+ARRIVED_M = 4.0
+SLOW_M_S = 4.0
+DECELERATION_M_S2 = 2.0
+"""What a multicopter brakes with comfortably; ArduCopter's WPNAV_ACCEL is 2.5."""
+SHARP_TURN_COSINE = 0.6
+
+
+@dataclass(frozen=True, slots=True)
+class Leg:
+    """A straight leg that the vehicle has reserved and been told to fly.
+
+    Attributes
+    ----------
+    end_enu_m
+        Where it ends.
+    why
+        For a person to read.
+    """
+
+    end_enu_m: Point
+    why: str
+
+
+def is_flown(leg: Leg, state: VehicleState) -> bool:
+    """Arrived and slow."""
+    return math.dist(leg.end_enu_m, state.position_enu_m) <= ARRIVED_M and speed_m_s(state) <= SLOW_M_S
+
+
+def is_ending(leg: Leg, state: VehicleState) -> bool:
+    """So near to the end that the vehicle is about to brake: time to decide what comes next."""
+    return math.dist(leg.end_enu_m, state.position_enu_m) <= ARRIVED_M + braking_distance_m(state)
+
+
+def turns_sharply(state: VehicleState, end_enu_m: Point) -> bool:
+    """Whether going there at once would throw a fast vehicle far off both legs."""
+    speed = speed_m_s(state)
+    away = math.dist(end_enu_m, state.position_enu_m)
+    if speed <= SLOW_M_S or away == 0.0:
+        return False
+    along = sum(v * (e - p) for v, e, p in zip(state.velocity_enu_m_s, end_enu_m, state.position_enu_m, strict=True))
+    return along < SHARP_TURN_COSINE * speed * away
+
+
+def speed_m_s(state: VehicleState) -> float:
+    return math.hypot(*state.velocity_enu_m_s)
+
+
+def braking_distance_m(state: VehicleState) -> float:
+    return speed_m_s(state) ** 2 / (2.0 * DECELERATION_M_S2)
+
+
+def stopping_point(state: VehicleState) -> Point:
+    """Where the vehicle comes to rest if it brakes now, ENU metres."""
+    speed = speed_m_s(state)
+    reach = braking_distance_m(state) / speed if speed > 0.0 else 0.0
+    east, north, up = (p + reach * v for p, v in zip(state.position_enu_m, state.velocity_enu_m_s, strict=True))
+    return (east, north, up)

@@ -1,0 +1,206 @@
+"""From decisions to legs: builds the constraints, asks the planner, flies leg after leg and leads the vehicle home."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from vehicle_agent.behaviour.leg import Leg, braking_distance_m, is_ending, is_flown, stopping_point, turns_sharply
+from vehicle_agent.domain.elevation import ElevationMap
+from vehicle_agent.domain.frames import FloatArray, Point
+from vehicle_agent.domain.paths import assumed_surface
+from vehicle_agent.domain.polygon import BoolArray, distance_to_border_m
+from vehicle_agent.mission.load import MissionPlan
+from vehicle_agent.planning.constraints import Constraints, Reservation
+from vehicle_agent.planning.interface import (
+    Finished,
+    Observation,
+    Planner,
+    Situation,
+    Teammate,
+    Wait,
+    Waypoint,
+)
+from vehicle_agent.planning.travel import next_leg, way_length_m
+from vehicle_agent.ports import VehicleState
+
+SHADOW_RINGS = 2
+STEEPEST_SLOPE = 1.5
+"""Unknown cells beside known ground are taken to rise at most so."""
+CHECK_PERIOD_S = 1.0
+WAIT_S = 1.0
+OVER_HOME_M = 3.0
+TOO_LOW = 0.6
+"""Share of the least height above ground below which a leg is broken off."""
+
+
+@dataclass(frozen=True, slots=True)
+class Surroundings:
+    """What the navigator needs to know at a step.
+
+    Attributes
+    ----------
+    now_s
+        The vehicle's time.
+    state
+        Of its autopilot.
+    team_map, map_version
+        The map, and a number that changes with it.
+    teammates
+        Living and working.
+    reservations
+        Legs to keep clear of.
+    objective
+        J_E of this vehicle (Renzaglia eq. 5).
+    """
+
+    now_s: float
+    state: VehicleState
+    team_map: ElevationMap
+    map_version: int
+    teammates: tuple[Teammate, ...]
+    reservations: tuple[Reservation, ...]
+    objective: float
+
+
+class Navigator:
+    """One vehicle's way through the area.
+
+    Attributes
+    ----------
+    leg
+        What it flies now; None when it stays.
+    waypoint
+        The planner's last decision while it is pursued.
+    why
+        For a person to read.
+    """
+
+    def __init__(self, plan: MissionPlan, index: int, planner: Planner) -> None:
+        vehicle = plan.mission.vehicles[index]
+        self._plan, self._index, self._planner = plan, index, planner
+        self._min_above_m, self._max_above_m = vehicle.min_above_terrain_m, vehicle.max_above_terrain_m
+        self._range_m = vehicle.sensor.range_m
+        self._allowed = allowed_cells(plan)
+        self._surface: FloatArray = np.full(plan.grid.shape, np.nan)
+        self._surface_version = -1
+        self._next_check_s = -math.inf
+        self._not_before_s = -math.inf
+        self._braking = False
+        self.leg: Leg | None = None
+        self.waypoint: Waypoint | None = None
+        self.why = ""
+
+    def work(self, around: Surroundings) -> Point | Finished | None:
+        """Next target to fly to, Finished when the planner has nothing left, or None to carry on."""
+        if not self._may_decide(around):
+            return self._make_room(around)
+        state = around.state
+        self._planner.tell(Observation(state.position_enu_m, around.objective))
+        decision = self._planner.ask(
+            Situation(
+                self._index,
+                state.position_enu_m,
+                around.team_map,
+                self._plan.area_cells,
+                self._range_m,
+                self._constraints(around),
+                around.teammates,
+            )
+        )
+        if isinstance(decision, Finished):
+            return decision
+        if isinstance(decision, Wait):
+            return self._wait(around, decision.why)
+        return self._commit(around, decision.position_enu_m, decision.why, decision)
+
+    def go_home(self, around: Surroundings, home_enu_m: Point) -> Point | None:
+        """Next target on the way home, or None to carry on."""
+        if not self._may_decide(around):
+            return self._make_room(around)
+        end = next_leg(around.state.position_enu_m, home_enu_m[:2], self._constraints(around))
+        away_m = way_length_m(around.state.position_enu_m, home_enu_m[:2])
+        if end is None:
+            return self._wait(around, f"home {away_m:.0f} m: the way is taken")
+        return self._commit(around, end, f"home {away_m:.0f} m", None)
+
+    def is_over_home(self, state: VehicleState, home_enu_m: Point) -> bool:
+        return way_length_m(state.position_enu_m, home_enu_m[:2]) <= OVER_HOME_M and braking_distance_m(state) < 1.0
+
+    def stay(self, around: Surroundings, why: str) -> Point:
+        """Give up the present leg and come to rest."""
+        self._braking = True
+        self.waypoint = None
+        self.why = why
+        self.leg = Leg(stopping_point(around.state), why)
+        return self.leg.end_enu_m
+
+    def forget(self, why: str) -> None:
+        """Nothing is flown any more: somebody else steers, or the vehicle is down."""
+        self.leg = self.waypoint = None
+        self.why = why
+
+    def _may_decide(self, around: Surroundings) -> bool:
+        if around.now_s < self._not_before_s:
+            return False
+        if self.leg is None or is_flown(self.leg, around.state):
+            return True
+        return not self._braking and is_ending(self.leg, around.state)
+
+    def _commit(self, around: Surroundings, end: Point, why: str, waypoint: Waypoint | None) -> Point | None:
+        ending = self.leg is not None and not is_flown(self.leg, around.state)
+        if ending and turns_sharply(around.state, end):
+            self._braking = True
+            return None
+        self._braking = False
+        self.leg, self.waypoint, self.why = Leg(end, why), waypoint, why
+        return end
+
+    def _wait(self, around: Surroundings, why: str) -> Point | None:
+        self._not_before_s = around.now_s + WAIT_S
+        self.why, self.waypoint = why, None
+        if self.leg is None:
+            return self.stay(around, why)
+        return None
+
+    def _make_room(self, around: Surroundings) -> Point | None:
+        """Stop on a leg that has become unsafe: new terrain in it, or a teammate with the older right."""
+        if self.leg is None or self._braking or around.now_s < self._next_check_s:
+            return None
+        self._next_check_s = around.now_s + CHECK_PERIOD_S
+        constraints = self._constraints(around)
+        here, end = around.state.position_enu_m, self.leg.end_enu_m
+        rival = constraints.conflict(here, end)
+        if rival is not None and rival.owner_index < self._index:
+            return self.stay(around, "making room for a teammate")
+        if not constraints.clearance_m(here, end) >= TOO_LOW * self._min_above_m:
+            return self.stay(around, "rising ground ahead")
+        return None
+
+    def _constraints(self, around: Surroundings) -> Constraints:
+        if around.map_version != self._surface_version:
+            self._surface = assumed_surface(
+                around.team_map.elevation_m, self._allowed, self._plan.grid.cell_m, SHADOW_RINGS, STEEPEST_SLOPE
+            )
+            self._surface_version = around.map_version
+        return Constraints(
+            self._plan.grid,
+            self._surface,
+            self._min_above_m,
+            self._max_above_m,
+            self._plan.mission.task.step_m,
+            self._plan.mission.safety.separation_m,
+            around.reservations,
+        )
+
+
+def allowed_cells(plan: MissionPlan) -> BoolArray:
+    """Cells whose centre keeps the margin from the fence: (columns, rows) bool."""
+    east, north = np.meshgrid(plan.grid.centres_east_m(), plan.grid.centres_north_m(), indexing="ij")
+    points = np.column_stack((east.ravel(), north.ravel()))
+    margin_m = plan.mission.area.fence_margin_m
+    far_enough = distance_to_border_m(points, plan.fence_en_m).reshape(plan.grid.shape) >= margin_m - 1e-6
+    allowed: BoolArray = plan.area_cells & far_enough
+    return allowed

@@ -1,0 +1,79 @@
+"""Before arming: the agent becomes the controller whose silence the autopilot takes for a failure, and sets limits."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from vehicle_agent.mission.load import MissionPlan
+from vehicle_agent.ports import ActionResult, SetParameter
+
+ATTEMPTS = 4
+RETURN_LANE_M = 15.0
+"""Vehicles that return by themselves do so at different heights."""
+
+
+def return_height_m(plan: MissionPlan, index: int, highest_known_up_m: float, home_up_m: float) -> float:
+    """Height above home at which a vehicle's own failsafe brings it home: above all ground that is known."""
+    above_ground_m = plan.mission.vehicles[index].min_above_terrain_m
+    return max(highest_known_up_m - home_up_m, 0.0) + above_ground_m + RETURN_LANE_M * index
+
+
+def parameters_before_arming(plan: MissionPlan, index: int) -> tuple[SetParameter, ...]:
+    """ArduCopter's names; the failsafe's timeout counts the vehicle's own seconds."""
+    vehicle = plan.mission.vehicles[index]
+    return (
+        SetParameter("SYSID_MYGCS", float(plan.controller_system_id(index))),
+        SetParameter("FS_GCS_ENABLE", 1.0),
+        SetParameter("FS_GCS_TIMEOUT", 5.0),
+        SetParameter("WPNAV_SPEED", vehicle.speed_m_s * 100.0),
+        SetParameter("WPNAV_SPEED_UP", vehicle.climb_m_s * 100.0),
+        SetParameter("WPNAV_SPEED_DN", vehicle.climb_m_s * 100.0),
+        return_altitude(return_height_m(plan, index, 0.0, 0.0)),
+    )
+
+
+def return_altitude(height_m: float) -> SetParameter:
+    return SetParameter("RTL_ALT", float(round(height_m * 100.0)))
+
+
+@dataclass(slots=True)
+class Checklist:
+    """Sets parameters one after the other, each a few times.
+
+    Attributes
+    ----------
+    failed
+        Why it cannot be finished; empty while it can.
+    """
+
+    parameters: tuple[SetParameter, ...]
+    failed: str = ""
+    _next: int = 0
+    _attempts: int = 0
+    _waiting_for: int | None = field(default=None)
+
+    @property
+    def done(self) -> bool:
+        return self._next >= len(self.parameters)
+
+    def next_order(self) -> SetParameter | None:
+        """The parameter to set now; None while an answer is awaited, or at the end."""
+        if self.done or self.failed or self._waiting_for is not None:
+            return None
+        return self.parameters[self._next]
+
+    def submitted(self, action_id: int) -> None:
+        self._waiting_for = action_id
+
+    def hear(self, result: ActionResult) -> None:
+        """Take a result; those of other actions are ignored."""
+        if result.action_id != self._waiting_for:
+            return
+        self._waiting_for = None
+        if result.accepted:
+            self._next, self._attempts = self._next + 1, 0
+            return
+        self._attempts += 1
+        if self._attempts >= ATTEMPTS:
+            name = self.parameters[self._next].name
+            self.failed = f"autopilot does not take parameter {name}: {result.text or 'no answer'}"

@@ -1,0 +1,111 @@
+"""What a vehicle knows of its teammates: who is heard, where they fly, and what the silent ones may be doing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from vehicle_agent.behaviour.units import to_metres
+from vehicle_agent.domain.frames import Point
+from vehicle_agent.planning.constraints import Reservation
+from vehicle_agent.planning.interface import Teammate
+from vehicle_agent.wire.messages import Claim, Stage, Status
+
+HAZARD_S = 600.0
+"""How long the way home of a silent vehicle is kept clear."""
+
+
+@dataclass(slots=True)
+class Heard:
+    """The last words of one teammate and when they came, in this vehicle's time."""
+
+    status: Status
+    heard_at_s: float
+    claim: Claim | None = None
+    lost: bool = False
+
+
+class TeamPicture:
+    """Teammates by name."""
+
+    def __init__(self, own_name: str, team: tuple[str, ...], silence_s: float) -> None:
+        self._own_name = own_name
+        self._team = team
+        self._silence_s = silence_s
+        self._heard: dict[str, Heard] = {}
+
+    def hear_status(self, status: Status, now_s: float) -> bool:
+        """Take a teammate's status; True when it had been lost and is back."""
+        if status.sender == self._own_name or status.sender not in self._team:
+            return False
+        known = self._heard.get(status.sender)
+        if known is None:
+            self._heard[status.sender] = Heard(status, now_s)
+            return False
+        if status.boot_id == known.status.boot_id and status.sequence <= known.status.sequence:
+            return False
+        was_lost = known.lost
+        known.status, known.heard_at_s, known.lost = status, now_s, False
+        return was_lost
+
+    def hear_claim(self, claim: Claim) -> None:
+        known = self._heard.get(claim.sender)
+        if known is None:
+            return
+        newer = known.claim is None or known.claim.boot_id != claim.boot_id or claim.sequence > known.claim.sequence
+        if newer:
+            known.claim = claim
+
+    def newly_lost(self, now_s: float) -> list[str]:
+        """Names of teammates that have just been silent for too long (once per silence)."""
+        lost = []
+        for name, known in self._heard.items():
+            if not known.lost and now_s - known.heard_at_s > self._silence_s:
+                known.lost = True
+                lost.append(name)
+        return lost
+
+    def living(self) -> list[str]:
+        """Names of teammates that are heard, in team order."""
+        return [name for name in self._team if name in self._heard and not self._heard[name].lost]
+
+    def teammates(self) -> tuple[Teammate, ...]:
+        """Living teammates that work, with what they claim."""
+        working = []
+        for name in self.living():
+            known = self._heard[name]
+            if known.status.stage not in (Stage.TAKING_OFF, Stage.WORKING, Stage.HOLDING):
+                continue
+            claim = known.claim if known.claim is not None and known.claim.active else None
+            working.append(
+                Teammate(
+                    self._team.index(name),
+                    to_metres(known.status.position_cm),
+                    to_metres(claim.goal_cm) if claim else None,
+                    float(claim.cost_m) if claim else 0.0,
+                )
+            )
+        return tuple(working)
+
+    def reservations(self, now_s: float) -> tuple[Reservation, ...]:
+        """Legs to keep clear of: those told by the living, and the presumable way home of the silent."""
+        legs: list[Reservation] = []
+        for name, known in self._heard.items():
+            status = known.status
+            here, leg_end = to_metres(status.position_cm), to_metres(status.leg_end_cm)
+            if not known.lost:
+                legs.append(Reservation(here, leg_end, self._team.index(name)))
+            elif now_s - known.heard_at_s < HAZARD_S and status.armed:
+                legs.extend(_way_home(here, leg_end, to_metres(status.home_cm), status.return_up_cm * 0.01))
+        return tuple(legs)
+
+
+def _way_home(here: Point, leg_end: Point, home: Point, return_up_m: float) -> list[Reservation]:
+    """The leg it was on, and its autopilot's own return: up, across, down."""
+    above_here = (leg_end[0], leg_end[1], max(return_up_m, leg_end[2]))
+    above_home = (home[0], home[1], above_here[2])
+    return [
+        Reservation(here, leg_end),
+        Reservation(leg_end, above_here),
+        Reservation(above_here, above_home),
+        Reservation(above_home, home),
+    ]
