@@ -71,9 +71,7 @@ class Datum:
         longitude_deg = self.longitude_deg + east_m / self._east_m_per_deg
         if not -180.0 <= longitude_deg <= 180.0:  # beyond the antimeridian
             longitude_deg = (longitude_deg + 180.0) % 360.0 - 180.0
-        return Geodetic(
-            self.latitude_deg + north_m / self._north_m_per_deg, longitude_deg, self.altitude_amsl_m + up_m
-        )
+        return Geodetic(self.latitude_deg + north_m / self._north_m_per_deg, longitude_deg, self.altitude_amsl_m + up_m)
 
     def to_enu(self, position: Geodetic) -> Point:
         """Latitude, longitude and altitude above mean sea level to local east, north, up metres."""

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from enum import Enum
 
 from vehicle_agent.wire.messages import (
+    NAME_PATTERN,
     AnyMessage,
     BodyReport,
     Claim,
@@ -20,6 +22,9 @@ from vehicle_agent.wire.messages import (
 )
 
 WIRE_VERSION = "v1"
+ALIVE = "alive"
+"""Last part of the key of a participant's liveliness token."""
+_NAME = re.compile(NAME_PATTERN)
 
 
 class Delivery(Enum):
@@ -99,7 +104,7 @@ def key(mission: str, participant: str, topic: Topic | str) -> str:
 
 def alive_key(mission: str, participant: str) -> str:
     """Key of the liveliness token by which a participant's death is noticed."""
-    return key(mission, participant, "alive")
+    return key(mission, participant, ALIVE)
 
 
 def parse(key_text: str) -> tuple[str, str, str] | None:
@@ -107,4 +112,7 @@ def parse(key_text: str) -> tuple[str, str, str] | None:
     parts = key_text.split("/")
     if len(parts) != 5 or parts[0] != "fleet" or parts[2] != WIRE_VERSION:
         return None
-    return (parts[1], parts[3], parts[4])
+    _, mission, _, participant, topic = parts
+    if not (_NAME.match(mission) and _NAME.match(participant) and (topic in TOPIC_BY_NAME or topic == ALIVE)):
+        return None
+    return (mission, participant, topic)
