@@ -1,0 +1,302 @@
+"""The reducer: what is heard, sent and timed goes in, the next immutable `FleetState` comes out. No I/O, no clock.
+
+Example
+-------
+::
+
+    state = FleetState.initial(plan, "station-1a2b", boot_id, now_s)
+    state = fold(state, [Heard(message, now_s), Tick(now_s)])
+    state.team_map.coverage
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+
+import msgspec
+
+from ground_station.inputs import AliveChanged, CommandSent, FleetInput, Heard, LinkCounted, Tick
+from ground_station.ledger import SequenceRanges
+from ground_station.liveliness import next_condition, transition_text
+from ground_station.picture import (
+    COMMAND_TIMEOUT_S,
+    Answer,
+    CommandTrack,
+    Condition,
+    FleetState,
+    LogEntry,
+    Stream,
+    VehiclePicture,
+)
+from ground_station.samples import trail_with, windowed
+from ground_station.text import clean
+from vehicle_agent.domain.elevation import CellObservations
+from vehicle_agent.wire.cells import unpack_cells
+from vehicle_agent.wire.messages import (
+    AnyMessage,
+    Claim,
+    CommandResult,
+    DeltaRecord,
+    Digest,
+    Event,
+    MapDelta,
+    Outcome,
+    Repair,
+    Severity,
+    Status,
+    StreamHeld,
+)
+
+MAX_LOG_ENTRIES = 1_000
+MAX_COMMANDS = 20
+MAX_STREAMS = 256
+MAX_SENDERS = 512
+EARLIEST_STAMP_MS = 946_684_800_000
+"""2000-01-01: a stamp before it is an autopilot that does not know the time yet."""
+RATE_WINDOW_MS = 10_000
+PACE_WINDOW_S = 10.0
+
+
+def reduce(state: FleetState, event: FleetInput) -> FleetState:
+    """The state after one event."""
+    return fold(state, (event,))
+
+
+def fold(state: FleetState, events: Iterable[FleetInput]) -> FleetState:
+    """The state after many events; the map is copied once for the whole batch."""
+    draft = _Draft(state)
+    for event in events:
+        draft.take(event)
+    return draft.finish()
+
+
+def digest_streams(state: FleetState) -> tuple[StreamHeld, ...]:
+    """What this station's map is made of, for its `Digest`."""
+    return tuple(
+        StreamHeld(origin, stream_id, stream.held.contiguous) for (origin, stream_id), stream in state.streams.items()
+    )
+
+
+class _Draft:
+    """The next state in the making: mutable copies of what a batch may change."""
+
+    def __init__(self, state: FleetState) -> None:
+        self._state = state
+        self._now_s = state.now_s
+        self._vehicles = {vehicle.name: vehicle for vehicle in state.vehicles}
+        self._streams = dict(state.streams)
+        self._seen = dict(state.seen)
+        self._log: list[LogEntry] = []
+        self._commands = list(state.commands)
+        self._counters = state.counters
+        self._started_ms = state.started_ms
+        self._newest_ms = state.newest_ms
+        self._pace = state.pace_samples
+        self._observations: list[tuple[int, CellObservations]] = []
+
+    def take(self, event: FleetInput) -> None:
+        match event:
+            case Heard():
+                self._hear(event.message, event.arrival_s)
+            case Tick():
+                self._tick(event.now_s)
+            case AliveChanged():
+                self._alive(event)
+            case CommandSent():
+                self._sent(event)
+            case LinkCounted():
+                self._counters = replace(
+                    self._counters, undecodable=event.undecodable, overflowed=event.overflowed
+                )  # fmt: skip
+
+    def finish(self) -> FleetState:
+        state = self._state
+        team_map = state.team_map.joined_with(self._observations) if self._observations else state.team_map
+        return replace(
+            state,
+            now_s=self._now_s,
+            vehicles=tuple(self._vehicles.values()),
+            team_map=team_map,
+            streams=self._streams,
+            seen=self._seen,
+            log=(*state.log, *self._log)[-MAX_LOG_ENTRIES:] if self._log else state.log,
+            log_total=state.log_total + len(self._log),
+            commands=tuple(self._commands[-MAX_COMMANDS:]),
+            counters=self._counters,
+            started_ms=self._started_ms,
+            newest_ms=self._newest_ms,
+            pace_samples=self._pace,
+        )
+
+    # -- messages -------------------------------------------------------------------------------------------------
+
+    def _hear(self, message: AnyMessage, arrival_s: float) -> None:
+        vehicle = self._vehicles.get(message.sender)
+        if vehicle is None:
+            self._counters = replace(self._counters, foreign=self._counters.foreign + 1)
+            return
+        if not self._is_new(message):
+            self._counters = replace(self._counters, repeated=self._counters.repeated + 1)
+            return
+        self._note_stamp(message.stamp_ms)
+        match message:
+            case Status():
+                self._status(vehicle, message, arrival_s)
+            case MapDelta():
+                self._records((message.record,))
+            case Repair():
+                self._records(message.records)
+            case Digest():
+                self._digest(message)
+            case Claim():
+                self._claim(vehicle, message)
+            case Event():
+                self._write(message.sender, message.severity, message.code, message.text, message.stamp_ms)
+            case CommandResult():
+                self._answer(message)
+            case _:
+                self._counters = replace(self._counters, foreign=self._counters.foreign + 1)
+
+    def _is_new(self, message: AnyMessage) -> bool:
+        life = (message.sender, message.boot_id)
+        seen = self._seen.get(life, SequenceRanges())
+        if message.sequence in seen:
+            return False
+        self._seen[life] = seen.with_number(message.sequence)
+        if len(self._seen) > MAX_SENDERS:
+            del self._seen[next(iter(self._seen))]
+        return True
+
+    def _note_stamp(self, stamp_ms: int) -> None:
+        if stamp_ms < EARLIEST_STAMP_MS:
+            return
+        self._started_ms = min(self._started_ms or stamp_ms, stamp_ms)
+        self._newest_ms = max(self._newest_ms, stamp_ms)
+
+    def _status(self, vehicle: VehiclePicture, status: Status, arrival_s: float) -> None:
+        last = vehicle.status
+        past_boots = vehicle.past_boots
+        samples = vehicle.sent_samples
+        claim = vehicle.claim
+        if status.boot_id in past_boots:
+            return
+        if last is not None and last.boot_id == status.boot_id and status.sequence < last.sequence:
+            return
+        if last is not None and last.boot_id != status.boot_id:
+            past_boots = (*past_boots, last.boot_id)[-16:]
+            samples, claim = (), None
+            self._write(vehicle.name, Severity.WARNING, "agent-restarted", "its agent was started anew")
+        elif last is None:
+            self._write(vehicle.name, Severity.INFO, "heard", "is heard on the link")
+        status = msgspec.structs.replace(status, mode=clean(status.mode, 16), why=clean(status.why))
+        self._put(
+            replace(
+                vehicle,
+                status=status,
+                arrival_s=arrival_s,
+                past_boots=past_boots,
+                claim=claim,
+                sent_samples=windowed(samples, (status.stamp_ms, status.bytes_sent), RATE_WINDOW_MS),
+                trail_en_m=trail_with(vehicle.trail_en_m, status, 0.5 * self._state.plan.grid.cell_m),
+            )
+        )
+
+    def _claim(self, vehicle: VehiclePicture, claim: Claim) -> None:
+        last = vehicle.claim
+        overtaken = last is not None and last.boot_id == claim.boot_id and last.sequence > claim.sequence
+        if claim.boot_id not in vehicle.past_boots and not overtaken:
+            self._put(replace(vehicle, claim=claim))
+
+    def _records(self, records: Iterable[DeltaRecord]) -> None:
+        for record in records:
+            origin = self._vehicles.get(record.origin)
+            name = (record.origin, record.stream_id)
+            stream = self._streams.get(name, Stream())
+            if origin is None or (name not in self._streams and len(self._streams) >= MAX_STREAMS):
+                self._counters = replace(self._counters, foreign=self._counters.foreign + 1)
+                continue
+            if record.delta_sequence in stream.held:
+                continue
+            self._streams[name] = Stream(
+                stream.held.with_number(record.delta_sequence), max(stream.offered, record.delta_sequence + 1)
+            )
+            cells = unpack_cells(record.cells, self._state.plan.grid.cells)
+            if cells is None:  # counted as held all the same: asking again would bring the same bytes
+                self._counters = replace(self._counters, malformed=self._counters.malformed + 1)
+            elif len(cells):
+                self._observations.append((origin.index, cells))
+                self._note_stamp(int(cells.stamps_ms.min()))
+
+    def _digest(self, digest: Digest) -> None:
+        for told in digest.streams:
+            name = (told.origin, told.stream_id)
+            if told.origin not in self._vehicles or (name not in self._streams and len(self._streams) >= MAX_STREAMS):
+                continue
+            stream = self._streams.get(name, Stream())
+            if told.held > stream.offered:
+                self._streams[name] = replace(stream, offered=told.held)
+
+    def _answer(self, result: CommandResult) -> None:
+        word = "accepted" if result.outcome is Outcome.ACCEPTED else "refused"
+        text = clean(result.text)
+        mine = (self._state.station, self._state.station_boot_id) == (result.station, result.station_boot_id)
+        asked_by = "" if mine else f" ({clean(result.station)})"
+        self._write(
+            result.sender,
+            Severity.NOTICE if result.outcome is Outcome.ACCEPTED else Severity.WARNING,
+            f"{result.verb.name.lower()}-{word}",
+            f"{result.verb.name.lower()} {word}{': ' if text else ''}{text}{asked_by}",
+            result.stamp_ms,
+        )
+        for at, track in enumerate(self._commands):
+            if mine and track.command.command_id == result.command_id and result.sender in track.command.targets:
+                answers = {**track.answers, result.sender: Answer(result.outcome, text)}
+                self._commands[at] = replace(track, answers=answers)
+
+    # -- the station's own findings -------------------------------------------------------------------------------
+
+    def _alive(self, event: AliveChanged) -> None:
+        vehicle = self._vehicles.get(event.participant)
+        if vehicle is not None:
+            self._put(replace(vehicle, alive=event.alive, alive_changed_s=event.arrival_s))
+
+    def _sent(self, event: CommandSent) -> None:
+        self._commands.append(CommandTrack(event.command, event.sent_s))
+        verb = event.command.verb.name.lower()
+        self._write(
+            self._state.station, Severity.NOTICE, f"{verb}-sent", f"{verb} sent to {', '.join(event.command.targets)}"
+        )
+
+    def _tick(self, now_s: float) -> None:
+        self._now_s = max(self._now_s, now_s)
+        if self._newest_ms and (not self._pace or self._newest_ms > self._pace[-1][1]):
+            self._pace = windowed(self._pace, (self._now_s, self._newest_ms), PACE_WINDOW_S)
+        pace = replace(self._state, pace_samples=self._pace).speedup or 1.0
+        for vehicle in self._vehicles.values():
+            condition = next_condition(vehicle, self._now_s, pace)
+            if condition is vehicle.condition:
+                continue
+            found = transition_text(vehicle, condition, self._now_s)
+            if found is not None:
+                self._write(vehicle.name, *found)
+            quiet = {vehicle.condition, condition} == {Condition.LIVE, Condition.SUSPECT}
+            since_s = vehicle.condition_since_s if quiet else self._now_s
+            self._put(replace(vehicle, condition=condition, condition_since_s=since_s))
+        for at, track in enumerate(self._commands):
+            if self._now_s - track.sent_s < COMMAND_TIMEOUT_S:
+                continue
+            silent = frozenset(track.command.targets) - track.answers.keys() - track.timed_out
+            for name in sorted(silent):
+                verb = track.command.verb.name.lower()
+                text = f"{verb} not answered within {COMMAND_TIMEOUT_S:.0f} s"
+                self._write(name, Severity.WARNING, f"{verb}-timed-out", text)
+            self._commands[at] = replace(track, timed_out=track.timed_out | silent)
+
+    def _put(self, vehicle: VehiclePicture) -> None:
+        self._vehicles[vehicle.name] = vehicle
+
+    def _write(self, source: str, severity: Severity, code: str, text: str, stamp_ms: int | None = None) -> None:
+        number = self._state.log_total + len(self._log)
+        stamp_ms = self._newest_ms if stamp_ms is None else stamp_ms
+        self._log.append(LogEntry(number, stamp_ms, clean(source, 31), severity, clean(code, 32), clean(text)))

@@ -1,0 +1,50 @@
+"""What can happen to a ground station's picture."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from vehicle_agent.wire.messages import AnyMessage, Command
+
+
+@dataclass(frozen=True, slots=True)
+class Heard:
+    """A message came in at station time `arrival_s`."""
+
+    message: AnyMessage
+    arrival_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class AliveChanged:
+    """A participant's liveliness token came or went."""
+
+    participant: str
+    alive: bool
+    arrival_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class CommandSent:
+    """This station sent a command."""
+
+    command: Command
+    sent_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class LinkCounted:
+    """The link's own totals of what it had to throw away."""
+
+    undecodable: int
+    overflowed: int
+
+
+@dataclass(frozen=True, slots=True)
+class Tick:
+    """Station time went on; silence is judged at ticks only."""
+
+    now_s: float
+
+
+FleetInput = Heard | AliveChanged | CommandSent | LinkCounted | Tick

@@ -1,0 +1,43 @@
+"""How long silence is taken: live, suspect, lost; on the station's clock."""
+
+from __future__ import annotations
+
+from ground_station.picture import Condition, VehiclePicture
+from ground_station.text import age
+from vehicle_agent.wire.keys import TOPIC_BY_NAME
+from vehicle_agent.wire.messages import Severity
+
+SUSPECT_AFTER_S = 1.0
+LEASE_S = 3.0
+"""As the lease of the Zenoh sessions: what a dead link and a frozen agent take to be noticed."""
+
+
+def next_condition(vehicle: VehiclePicture, now_s: float, speedup: float) -> Condition:
+    """Condition of a vehicle at station time `now_s`.
+
+    A status is due once per period of vehicle time, so silence counts from the moment the next one was due.
+    """
+    silence_s = vehicle.age_s(now_s)
+    # A token that went after the last status tells of a death at once; a status after that tells of a new life.
+    token_gone = vehicle.alive is False and (vehicle.arrival_s is None or vehicle.alive_changed_s >= vehicle.arrival_s)
+    if silence_s is None:
+        return Condition.LOST if token_gone else Condition.AWAITED
+    period_s = (TOPIC_BY_NAME["status"].period_s or 1.0) / max(1.0, speedup)
+    overdue_s = silence_s - period_s
+    if token_gone or overdue_s > LEASE_S:
+        return Condition.LEFT if vehicle.finished else Condition.LOST
+    if overdue_s > SUSPECT_AFTER_S:
+        return Condition.LEFT if vehicle.finished else Condition.SUSPECT
+    return Condition.LIVE
+
+
+def transition_text(vehicle: VehiclePicture, condition: Condition, now_s: float) -> tuple[Severity, str, str] | None:
+    """Severity, code and text of the log entry that a change of condition deserves; None when it is not news."""
+    if condition is Condition.LOST:
+        silence_s = vehicle.age_s(now_s)
+        heard = "never heard" if silence_s is None else f"last heard {age(silence_s)} ago"
+        why = "its agent is gone from the link" if vehicle.alive is False else "its agent has fallen silent"
+        return (Severity.ERROR, "lost", f"lost: {why}, {heard}; its autopilot's failsafe takes over")
+    if vehicle.condition is Condition.LOST and condition is Condition.LIVE:
+        return (Severity.NOTICE, "found", f"heard again after {age(now_s - vehicle.condition_since_s)}")
+    return None

@@ -1,0 +1,57 @@
+"""The two lines on top: how the mission stands, and the one thing that the operator should know now."""
+
+from __future__ import annotations
+
+from ground_station.picture import Condition, FleetState, Phase
+from ground_station.text import age, clean, duration
+from ground_station.views import palette
+from ground_station.views.ink import Ink, Line, Look, Span, line_of
+
+
+def header_line(state: FleetState, width: int, look: Look) -> Line:
+    """Mission, phase, vehicle time, speed-up, coverage and how many vehicles are heard."""
+    bar = look.ink(bg=palette.BAR)
+    strong = look.ink(bg=palette.BAR, bold=True)
+    speedup = state.speedup
+    spans: list[Span] = [
+        (f" {state.plan.mission.name} ", look.ink(palette.ACCENT, palette.BAR, bold=True)),
+        (f" {state.phase.value} ", bar),
+        (f" {duration(state.elapsed_s)} ", strong),
+    ]
+    if speedup is not None:
+        spans.append((f" {look.glyph('×', 'x')}{speedup:.3g} ", bar))  # noqa: RUF001
+    spans.append((f" {100 * state.team_map.coverage:.1f}% seen ", strong))
+    for condition, colour in (
+        (Condition.LIVE, palette.GOOD),
+        (Condition.SUSPECT, palette.WARN),
+        (Condition.LOST, palette.BAD),
+        (Condition.AWAITED, palette.QUIET),
+        (Condition.LEFT, palette.ACCENT),
+    ):
+        if count := state.count(condition):
+            spans.append(
+                (f" {count} {condition.value}", look.ink(colour, palette.BAR, bold=condition is Condition.LOST))
+            )
+    if missing := state.records_missing:
+        spans.append((f"  {missing} map records to come", look.ink(palette.WARN, palette.BAR)))
+    used = sum(len(text) for text, _ in spans)
+    return (*spans, (" " * max(0, width - used), bar))
+
+
+def banner_line(state: FleetState, notice: str, look: Look) -> Line:
+    """The most urgent of: lost vehicles, a notice from who started this, waiting, the end; else the title."""
+    alarm = look.ink((0, 0, 0), palette.BAD, bold=True) if look.colour else Ink(bold=True, reverse=True)
+    lost = [vehicle for vehicle in state.vehicles if vehicle.condition is Condition.LOST]
+    if lost and state.phase is not Phase.DONE:
+        names = ", ".join(f"{vehicle.name} {age(state.now_s - vehicle.condition_since_s)}" for vehicle in lost)
+        return line_of((f" LOST {names} ", alarm), "  its autopilot's failsafe brings it home")
+    live = any(vehicle.condition in (Condition.LIVE, Condition.SUSPECT) for vehicle in state.vehicles)
+    if notice and not live:
+        return line_of((f" {clean(notice)}", look.ink(palette.WARN)))
+    if state.phase is Phase.WAITING:
+        awaited = ", ".join(vehicle.name for vehicle in state.vehicles if vehicle.status is None)
+        waited_s = state.now_s - state.began_s
+        return line_of((f" waiting for vehicles: {awaited} ({waited_s:.0f} s)", look.ink(palette.WARN)))
+    if state.phase is Phase.DONE:
+        return line_of((" the mission has ended; q leaves the dashboard", look.ink(palette.ACCENT, bold=True)))
+    return line_of((f" {clean(state.plan.mission.title or state.plan.mission.name)}", look.ink(palette.QUIET)))

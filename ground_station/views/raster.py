@@ -1,0 +1,105 @@
+"""A map version as pixels: what is outside, unobserved, frontier, and how high the observed ground is."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from ground_station.team_map import TeamMap, frontier_cells
+from ground_station.views.viewport import Viewport
+from vehicle_agent.domain.frames import FloatArray
+
+OUTSIDE, UNOBSERVED, OBSERVED, FRONTIER = range(4)
+RAMP_ROUNDING_M = 50.0
+"""Ends of the colour ramp are multiples of this, so that new ground seldom recolours the whole map."""
+
+
+@dataclass(frozen=True, slots=True)
+class Raster:
+    """What a map version looks like in a view.
+
+    Attributes
+    ----------
+    kind
+        (width, height) uint8: OUTSIDE, UNOBSERVED, OBSERVED or FRONTIER.
+    height_share
+        (width, height) float64, place of the observed ground between `low_m` and `high_m`, in [0, 1]; 0 elsewhere.
+    low_m, high_m
+        Ends of the ramp, ENU metres.
+    """
+
+    kind: npt.NDArray[np.uint8]
+    height_share: FloatArray
+    low_m: float
+    high_m: float
+
+
+def rasterise(team_map: TeamMap, view: Viewport) -> Raster:
+    """Sum the map's cells into the view's pixels (or sample them where pixels are smaller than cells)."""
+    grid = team_map.elevation.grid
+    observed = team_map.elevation.observed & team_map.area
+    heights_m = np.where(observed, team_map.elevation.elevation_dm * 0.1, 0.0)
+    frontier = frontier_cells(team_map)
+    if min(view.pixel_width_m, view.pixel_height_m) < grid.cell_m:
+        layers = [_sampled(layer.astype(np.float64), team_map, view) for layer in (team_map.area, observed, frontier)]
+        height_sums = _sampled(heights_m, team_map, view)
+    else:
+        layers = [_summed(layer.astype(np.float64), team_map, view) for layer in (team_map.area, observed, frontier)]
+        height_sums = _summed(heights_m, team_map, view)
+    area_sums, observed_sums, frontier_sums = layers
+    kind = np.full((view.width, view.height), OUTSIDE, dtype=np.uint8)
+    kind[area_sums > 0] = UNOBSERVED
+    kind[(observed_sums > 0) & (observed_sums >= 0.5 * area_sums)] = OBSERVED
+    kind[(frontier_sums > 0) & (observed_sums < area_sums)] = FRONTIER
+    low_m, high_m = _ramp_ends(team_map)
+    mean_m = height_sums / np.maximum(observed_sums, 1.0)
+    share = np.where(observed_sums > 0, np.clip((mean_m - low_m) / (high_m - low_m), 0.0, 1.0), 0.0)
+    return Raster(kind, share, low_m, high_m)
+
+
+def _ramp_ends(team_map: TeamMap) -> tuple[float, float]:
+    seen_dm = team_map.elevation.elevation_dm[team_map.elevation.observed]
+    if len(seen_dm) == 0:
+        return (0.0, RAMP_ROUNDING_M)
+    low_m = math.floor(int(seen_dm.min()) / 10 / RAMP_ROUNDING_M) * RAMP_ROUNDING_M
+    high_m = math.ceil(int(seen_dm.max()) / 10 / RAMP_ROUNDING_M) * RAMP_ROUNDING_M
+    return (low_m, max(high_m, low_m + RAMP_ROUNDING_M))
+
+
+def _summed(layer: FloatArray, team_map: TeamMap, view: Viewport) -> FloatArray:
+    grid = team_map.elevation.grid
+    x = np.floor((grid.centres_east_m() - view.west_m) / view.pixel_width_m).astype(np.int64)
+    y = np.floor((view.north_m - grid.centres_north_m()) / view.pixel_height_m).astype(np.int64)
+    inside = ((x >= 0) & (x < view.width))[:, None] & ((y >= 0) & (y < view.height))[None, :]
+    flat = (x[:, None] * view.height + y[None, :])[inside]
+    sums = np.bincount(flat, weights=layer[inside], minlength=view.width * view.height)
+    return sums.astype(np.float64).reshape(view.width, view.height)
+
+
+def _sampled(layer: FloatArray, team_map: TeamMap, view: Viewport) -> FloatArray:
+    grid = team_map.elevation.grid
+    east_m = view.west_m + (np.arange(view.width) + 0.5) * view.pixel_width_m
+    north_m = view.north_m - (np.arange(view.height) + 0.5) * view.pixel_height_m
+    columns = np.floor((east_m - grid.west_m) / grid.cell_m).astype(np.int64)
+    rows = np.floor((north_m - grid.south_m) / grid.cell_m).astype(np.int64)
+    inside = ((columns >= 0) & (columns < grid.columns))[:, None] & ((rows >= 0) & (rows < grid.rows))[None, :]
+    taken = layer[np.clip(columns, 0, grid.columns - 1)][:, np.clip(rows, 0, grid.rows - 1)]
+    sampled: FloatArray = np.where(inside, taken, 0.0)
+    return sampled
+
+
+def segment_pixels(start: tuple[int, int], end: tuple[int, int], view: Viewport) -> list[tuple[int, int]]:
+    """Pixels of a straight line from `start` to `end` inside the view, in order."""
+    steps = max(abs(end[0] - start[0]), abs(end[1] - start[1]))
+    if steps == 0:
+        return [start] if view.holds(*start) else []
+    if steps > 8 * (view.width + view.height):  # far outside: an implausible position, not worth drawing
+        return []
+    pixels = (
+        (round(start[0] + (end[0] - start[0]) * step / steps), round(start[1] + (end[1] - start[1]) * step / steps))
+        for step in range(steps + 1)
+    )
+    return [pixel for pixel in pixels if view.holds(*pixel)]

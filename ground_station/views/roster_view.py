@@ -1,0 +1,72 @@
+"""The roster: every vehicle's state, mode, battery, link age, share of the map and reason."""
+
+from __future__ import annotations
+
+from ground_station.picture import Condition, FleetState, VehiclePicture
+from ground_station.text import age, data_rate
+from ground_station.views import palette
+from ground_station.views.ink import PLAIN, Line, Look, Span, line_of
+
+LOW_BATTERY = 250
+"""Permille below which the charge is shown as a warning."""
+
+
+def roster_lines(state: FleetState, width: int, height: int, look: Look) -> list[Line]:
+    """A head and two lines per vehicle; one line each where there is not room; the worst off first where even that
+    is too much, with a count of the rest."""
+    lines = [_head(look)]
+    room = height - 1
+    vehicles = state.vehicles
+    if room >= 2 * len(vehicles):
+        for vehicle in vehicles:
+            lines += [_first_line(state, vehicle, look), _second_line(state, vehicle, look)]
+        return lines
+    if room >= len(vehicles):
+        return lines + [_first_line(state, vehicle, look) for vehicle in vehicles]
+    by_trouble = sorted(vehicles, key=lambda vehicle: (_trouble_rank(vehicle), vehicle.index))
+    shown = max(0, room - 1)
+    lines += [_first_line(state, vehicle, look) for vehicle in by_trouble[:shown]]
+    return [*lines, line_of((f"   and {len(vehicles) - shown} more, less troubled", look.ink(palette.QUIET)))]
+
+
+def _trouble_rank(vehicle: VehiclePicture) -> int:
+    order = (Condition.LOST, Condition.SUSPECT, Condition.LIVE, Condition.AWAITED, Condition.LEFT)
+    return order.index(vehicle.condition)
+
+
+def _head(look: Look) -> Line:
+    return line_of((f"   {'vehicle':<10}{'  state':<13}{'mode':<8}{'batt':>4}{'age':>5}", look.ink(palette.QUIET)))
+
+
+def _first_line(state: FleetState, vehicle: VehiclePicture, look: Look) -> Line:
+    unicode_mark, ascii_mark, colour = palette.state_mark(vehicle)
+    name = vehicle.name if len(vehicle.name) <= 10 else vehicle.name[:9] + look.glyph("…", ".")
+    spans: list[Span | str] = [
+        (f"{vehicle.index + 1:>2} ", look.ink(palette.vehicle_colour(vehicle.index), bold=True)),
+        (f"{name:<10} ", look.ink(palette.vehicle_colour(vehicle.index), bold=True)),
+        (f"{look.glyph(unicode_mark, ascii_mark)} {palette.state_word(vehicle):<10} ", look.ink(colour)),
+    ]
+    status = vehicle.status
+    if status is None:
+        return line_of(*spans)
+    battery = "  --" if status.battery_permille < 0 else f"{status.battery_permille / 10:3.0f}%"
+    low = 0 <= status.battery_permille < LOW_BATTERY
+    silence_s = vehicle.age_s(state.now_s) or 0.0
+    stale = vehicle.condition in (Condition.SUSPECT, Condition.LOST)
+    spans += [
+        f"{status.mode[:7]:<7} ",
+        (battery, look.ink(palette.BAD, bold=True) if low else PLAIN),
+        (f"{age(silence_s):>5}", look.ink(palette.WARN, bold=True) if stale else look.ink(palette.QUIET)),
+    ]
+    return line_of(*spans)
+
+
+def _second_line(state: FleetState, vehicle: VehiclePicture, look: Look) -> Line:
+    quiet = look.ink(palette.QUIET)
+    if vehicle.status is None:
+        text = "its agent is up, no status yet" if vehicle.alive else "not heard yet"
+        return line_of((f"     {text}", quiet))
+    cells = max(1, state.plan.area_cells.sum())
+    share = 100 * state.team_map.first_seen_cells[vehicle.index] / cells
+    numbers = f"{share:7.1f}% {data_rate(vehicle.bytes_per_s):>7} "
+    return line_of((numbers, quiet), vehicle.status.why)

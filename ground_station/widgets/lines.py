@@ -1,0 +1,80 @@
+"""One widget for every part of the dashboard: it shows lines and repaints only what differs from before."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import lru_cache
+
+from rich.color import Color
+from rich.segment import Segment
+from rich.style import Style
+from textual.geometry import Region
+from textual.strip import Strip
+from textual.widget import Widget
+
+from ground_station.views.ink import Ink, Line, fitted
+
+
+class Lines(Widget):
+    """Shows exactly the lines it was last given, cut or filled to its size."""
+
+    can_focus = False
+    ALLOW_SELECT = False
+
+    def __init__(self, id: str | None = None, classes: str | None = None) -> None:  # noqa: A002 (Textual's own name)
+        super().__init__(id=id, classes=classes)
+        self._lines: list[Line] = []
+
+    def show(self, lines: Sequence[Line]) -> None:
+        """Draw these lines; what is equal to before is not sent to the terminal again."""
+        width, height = self.size
+        new = [fitted(line, width) for line in list(lines)[:height]]
+        old = self._lines
+        self._lines = new
+        if len(old) != len(new):
+            self.refresh()
+            return
+        changed = [
+            Region(start, y, end - start, 1)
+            for y, (before, after) in enumerate(zip(old, new, strict=True))
+            if before != after
+            for start, end in [_difference(before, after, width)]
+        ]
+        if changed:
+            self.refresh(*changed)
+
+    def render_line(self, y: int) -> Strip:
+        ground = self.rich_style
+        if y >= len(self._lines):
+            return Strip.blank(self.size.width, ground)
+        segments = [Segment(text, ground + _style(ink)) for text, ink in self._lines[y]]
+        return Strip(segments).adjust_cell_length(self.size.width, ground)
+
+    @property
+    def text(self) -> str:
+        """What is shown, without styles."""
+        return "\n".join("".join(text for text, _ in line).rstrip() for line in self._lines)
+
+
+@lru_cache(maxsize=4096)
+def _style(ink: Ink) -> Style:
+    return Style(
+        color=None if ink.fg is None else Color.from_rgb(*ink.fg),
+        bgcolor=None if ink.bg is None else Color.from_rgb(*ink.bg),
+        bold=ink.bold or None,
+        dim=ink.dim or None,
+        reverse=ink.reverse or None,
+    )
+
+
+def _difference(before: Line, after: Line, width: int) -> tuple[int, int]:
+    """First and one past the last column in which two lines of one width differ."""
+    old, new = _cells(before), _cells(after)
+    if len(old) != len(new):
+        return (0, width)
+    differing = [x for x, pair in enumerate(zip(old, new, strict=True)) if pair[0] != pair[1]]
+    return (differing[0], differing[-1] + 1) if differing else (0, 0)
+
+
+def _cells(line: Line) -> list[tuple[str, Ink]]:
+    return [(character, ink) for text, ink in line for character in text]
