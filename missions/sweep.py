@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import multiprocessing
-from collections.abc import Iterator, Sequence
+import sys
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
+
+import numpy as np
 
 from missions.catalogue import load_named_mission
 from missions.flown import Changes
@@ -44,8 +47,8 @@ def simulate_seeds(mission: str, seeds: Sequence[int | None], planner: str | Non
     Raises MissionError as `load_mission` does, and when `out` cannot be written.
     """
     if len(seeds) == 1:
-        result = _fly(mission, seeds[0], planner, out)
-        print(result.summary())
+        result = _fly(mission, seeds[0], planner, out, _show_progress if sys.stderr.isatty() else None)
+        print(_text(result, out))
         return int(not _is_good(result))
     print(f"{len(seeds)} seeds of {mission}")
     lines = []
@@ -85,22 +88,54 @@ def _line(arguments: tuple[str, int, str | None, Path | None]) -> Line:
     )
 
 
-def _fly(mission: str, seed: int | None, planner: str | None, out: Path | None) -> LockstepResult:
+def _fly(
+    mission: str,
+    seed: int | None,
+    planner: str | None,
+    out: Path | None,
+    progress: Callable[[float, float], None] | None = None,
+) -> LockstepResult:
     plan = load_named_mission(mission, Changes(seed=seed, planner=planner).apply)
-    result = simulate(plan, World.of(plan))
+    result = simulate(plan, World.of(plan), progress)
     if out is not None:
         try:
             result.save(out)
         except OSError as error:
-            raise MissionError(
-                f"{out}: cannot be written ({error.strerror}); choose another folder with --out"
-            ) from None
+            trouble = f"{out}: cannot be written ({error.strerror}); choose another folder with --out"
+            raise MissionError(trouble) from None
     return result
+
+
+def _show_progress(elapsed_s: float, observed_fraction: float) -> None:
+    print(f"\r  {elapsed_s:6.0f} s  {100 * observed_fraction:6.2f} % observed ", end="", file=sys.stderr, flush=True)
+
+
+def _text(result: LockstepResult, out: Path | None) -> str:
+    """A result for people, a line per vehicle."""
+    mission, figures = result.plan.mission, result.summary()
+    observed_cells = max(1, int(np.count_nonzero(result.team_map.observed)))
+    lines = [
+        f"{mission.name}: {100 * result.observed_fraction:.2f} % of the reachable surface observed in "
+        f"{result.elapsed_s:.0f} s of simulated time (planner {mission.task.planner}, seed {mission.seed})",
+        f"  closest two vehicles {result.min_separation_m:.1f} m, {result.fence_breaches} fence breaches, "
+        f"{sum(result.crashed)} crashes",
+    ]
+    for name, vehicle in figures["vehicles"].items():
+        lines.append(
+            f"  {name:<12} {'home' if vehicle['finished'] else 'NOT HOME':<8} {vehicle['distance_m'] / 1000:6.1f} km  "
+            f"saw {100 * vehicle['first_seen_cells'] / observed_cells:5.1f} % first  sent "
+            f"{vehicle['bytes_sent'] / 1000:6.0f} kB, {vehicle['bytes_per_s']:.0f} B/s"
+        )
+    if out is not None:
+        lines.append(f"  kept in {out}")
+    return "\n".join(lines)
 
 
 def _is_good(result: LockstepResult) -> bool:
     return (
         result.observed_fraction >= AIM_FRACTION
+        and all(result.finished)
+        and not any(result.crashed)
         and result.min_separation_m >= MIN_SEPARATION_M
         and result.fence_breaches == 0
     )
