@@ -202,9 +202,7 @@ class ScriptedCopter:
             return mavlink.MAVLink_extended_sys_state_message(0, self.landed)
         if message_id == mavlink.MAVLINK_MSG_ID_SYS_STATUS:
             sensors = mavlink.MAV_SYS_STATUS_PREARM_CHECK
-            return mavlink.MAVLink_sys_status_message(
-                sensors, sensors, sensors, 10, 12_000, 100, 73, 0, 0, 0, 0, 0, 0
-            )  # fmt: skip
+            return mavlink.MAVLink_sys_status_message(sensors, sensors, sensors, 10, 12_000, 100, 73, 0, 0, 0, 0, 0, 0)
         return mavlink.MAVLink_global_position_int_message(
             boot_ms, self.latitude_e7, self.longitude_e7, self.altitude_mm, 0, 100, 200, -300, 9_000
         )

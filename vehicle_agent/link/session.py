@@ -55,9 +55,13 @@ class FleetLink:
     """
 
     def __init__(
-        self, session: zenoh.Session, mission: str, participant: str, rate_bytes_s: float | None,
+        self,
+        session: zenoh.Session,
+        mission: str,
+        participant: str,
+        rate_bytes_s: float | None,
         clock: Callable[[], float],
-    ) -> None:  # fmt: skip
+    ) -> None:
         self.mission = mission
         self.participant = participant
         self._session = session
@@ -201,9 +205,7 @@ class FleetLink:
             if names is not None:
                 self._alive_changes.append((names[1], sample.kind == zenoh.SampleKind.PUT))
 
-        subscriber = self._session.liveliness().declare_subscriber(
-            alive_key(self.mission, "*"), enqueue, history=True
-        )  # fmt: skip
+        subscriber = self._session.liveliness().declare_subscriber(alive_key(self.mission, "*"), enqueue, history=True)
         self._declared.append(subscriber)
 
     def poll_alive(self) -> list[tuple[str, bool]]:
