@@ -40,7 +40,7 @@ def _title(state: FleetState, look: Look) -> Line:
     return line_of(
         ("coverage ", quiet),
         (f"{100 * state.team_map.coverage:.1f}%", look.ink(palette.ACCENT, bold=True)),
-        (f"  {rate:+.1f}%/min of vehicle time" if rate is not None else "", quiet),
+        (f"  {rate:+.1f}%/min" if rate is not None else "", quiet),
     )
 
 

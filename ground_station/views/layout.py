@@ -9,6 +9,7 @@ from vehicle_agent.domain.grid import Grid
 MIN_WIDTH, MIN_HEIGHT = 60, 20
 RIGHT_WIDTH = 43
 """Columns that a roster line needs."""
+MIN_EVENT_LINES = 8
 FIXED_LINES = 3
 """Header, banner, keys."""
 
@@ -30,5 +31,6 @@ def arrange(grid: Grid, vehicles: int, width: int, height: int) -> Layout:
     aspect = (grid.east_m - grid.west_m) / (grid.north_m - grid.south_m)
     useful = round(2 * map_height * aspect) + 1  # a character is as high as two are wide
     left_width = max(16, min(useful, width - RIGHT_WIDTH))
-    roster_height = max(3, min(2 * vehicles + 1, body - 5))
+    lines_each = 3 if body - (3 * vehicles + 1) >= MIN_EVENT_LINES else 2
+    roster_height = max(3, min(lines_each * vehicles + 1, body - 5))
     return Layout(left_width, curve_height, roster_height)

@@ -15,6 +15,8 @@ from ground_station.views.viewport import Viewport
 from vehicle_agent.wire.messages import PositionCm
 
 RAMP_STEPS = 24
+TRAIL_POINTS = 60
+"""How much of a trail is drawn: the newest part, so that the ground stays readable."""
 ASCII_RAMP = "-=+*%@"
 Pixels = list[list[Rgb | None]]
 """[y][x] colours; None leaves the terminal's own."""
@@ -39,17 +41,19 @@ def map_lines(state: FleetState, width: int, height: int, look: Look) -> list[Li
 
 def caption(state: FleetState, width: int, look: Look) -> Line:
     """What the colours mean: ends of the height ramp, and the glyphs on the map."""
-    raster_low_m, raster_high_m = _heights(state)
+    low_m, high_m = _heights(state)
     if look.colour:
         ramp: list[Span] = [(" ", Ink(bg=colour)) for colour in palette.cividis(8)]
     else:
         ramp = [(ASCII_RAMP, Ink())]
-    heights: list[Span] = [(f"{raster_low_m:.0f}", Ink()), *ramp, (f"{raster_high_m:.0f} m", Ink())]
+    heights: list[Span] = [(f"{low_m:.0f}", Ink()), *ramp, (f"{high_m:.0f} m", Ink())]
     quiet = look.ink(palette.QUIET)
-    frontier = (" ", Ink(bg=palette.FRONTIER)) if look.colour and look.unicode else ("~", Ink())
     goal, home = look.glyph("◇", "x"), look.glyph("⌂", "H")
-    legend = [("  ", quiet), frontier, (f" frontier {goal} goal {home} home", quiet)]
-    return (*heights, *legend) if width >= 36 else tuple(heights)
+    legend: list[Span] = [(f"  {goal} goal {home} home", quiet)]
+    frontier = (" ", Ink(bg=palette.FRONTIER)) if look.colour and look.unicode else ("~", Ink())
+    if width >= 45:
+        legend += [("  ", quiet), frontier, (" frontier", quiet)]
+    return (*heights, *legend)
 
 
 def _heights(state: FleetState) -> tuple[float, float]:
@@ -73,9 +77,10 @@ def _draw_ways(state: FleetState, view: Viewport, pixels: Pixels) -> None:
         if vehicle.status is None:
             continue
         colour = palette.vehicle_colour(vehicle.index)
-        for x, y in _line_pixels(vehicle.trail_en_m, view):
-            if pixels[y][x] is not None:
-                pixels[y][x] = palette.blend(pixels[y][x] or palette.UNOBSERVED, colour, 0.45)
+        for x, y in dict.fromkeys(_line_pixels(vehicle.trail_en_m[-TRAIL_POINTS:], view)):
+            ground = pixels[y][x]
+            if ground is not None:
+                pixels[y][x] = palette.blend(ground, colour, 0.3)
         if vehicle.condition in (Condition.LOST, Condition.LEFT):
             continue
         leg, path = _way(vehicle)

@@ -5,21 +5,24 @@ from __future__ import annotations
 from ground_station.picture import Condition, FleetState, VehiclePicture
 from ground_station.text import age, data_rate
 from ground_station.views import palette
-from ground_station.views.ink import PLAIN, Line, Look, Span, line_of
+from ground_station.views.ink import PLAIN, Line, Look, Span, line_of, wrapped
 
+WIDE = 56
+"""Columns from which bytes per second are shown too."""
 LOW_BATTERY = 250
 """Permille below which the charge is shown as a warning."""
 
 
 def roster_lines(state: FleetState, width: int, height: int, look: Look) -> list[Line]:
-    """A head and two lines per vehicle; one line each where there is not room; the worst off first where even that
-    is too much, with a count of the rest."""
+    """A head and two or three lines per vehicle; one line each where there is not room; the worst off first where even
+    that is too much, with a count of the rest."""
     lines = [_head(look)]
     room = height - 1
     vehicles = state.vehicles
     if room >= 2 * len(vehicles):
+        reason_lines = 2 if room >= 3 * len(vehicles) else 1
         for vehicle in vehicles:
-            lines += [_first_line(state, vehicle, look), _second_line(state, vehicle, look)]
+            lines += [_first_line(state, vehicle, look), *_reason(state, vehicle, width, reason_lines, look)]
         return lines
     if room >= len(vehicles):
         return lines + [_first_line(state, vehicle, look) for vehicle in vehicles]
@@ -61,12 +64,19 @@ def _first_line(state: FleetState, vehicle: VehiclePicture, look: Look) -> Line:
     return line_of(*spans)
 
 
-def _second_line(state: FleetState, vehicle: VehiclePicture, look: Look) -> Line:
+def _reason(state: FleetState, vehicle: VehiclePicture, width: int, lines: int, look: Look) -> list[Line]:
+    """Share of the area first seen, on wide terminals bytes per second, and why it goes where it goes."""
     quiet = look.ink(palette.QUIET)
     if vehicle.status is None:
         text = "its agent is up, no status yet" if vehicle.alive else "not heard yet"
-        return line_of((f"     {text}", quiet))
-    cells = max(1, state.plan.area_cells.sum())
+        return [line_of((f"     {text}", quiet)), *[()] * (lines - 1)]
+    cells = max(1, int(state.plan.area_cells.sum()))
     share = 100 * state.team_map.first_seen_cells[vehicle.index] / cells
-    numbers = f"{share:7.1f}% {data_rate(vehicle.bytes_per_s):>7} "
-    return line_of((numbers, quiet), vehicle.status.why)
+    rate = f" {data_rate(vehicle.bytes_per_s):>8}" if width >= WIDE else ""
+    numbers = f"{share:8.1f}%{rate} "
+    pieces = wrapped(vehicle.status.why, max(8, width - len(numbers)))
+    if len(pieces) > lines:
+        pieces = [*pieces[: lines - 1], " ".join(pieces[lines - 1 :])]
+    pieces += [""] * (lines - len(pieces))
+    first, *rest = pieces
+    return [line_of((numbers, quiet), first), *(line_of(" " * len(numbers) + piece) for piece in rest)]
