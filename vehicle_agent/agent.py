@@ -201,7 +201,7 @@ class VehicleAgent:
         if state.rival_controller:
             own_id = self._plan.controller_system_id(self._index)
             self._refuse(
-                f"another program speaks on this vehicle with system id {own_id}: stop it, or its heartbeats would hide "
+                f"another program speaks on this vehicle with system id {own_id}: stop it, or its heartbeats hide "
                 "this agent's death from the autopilot"
             )
         elif state.home_enu_m is not None and state.armed and state.landed is Landed.IN_AIR:
