@@ -12,9 +12,9 @@ from enum import IntEnum
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
 from sim_bridge.world import World, surface_height
+from vehicle_agent.domain.compiled import compiled
 from vehicle_agent.domain.frames import FloatArray
 
 IntArray = npt.NDArray[np.int64]
@@ -43,7 +43,7 @@ class Motion(IntEnum):
     """Sinks at the rate limit while keeping east and north of `target`."""
 
 
-@njit(cache=True)
+@compiled
 def _approach_speed(distance_m: float, acceleration_m_s2: float) -> float:
     """Speed from which a body still stops at `distance_m` with that deceleration."""
     knee_m = acceleration_m_s2 / POSITION_GAIN_1_S**2
@@ -52,7 +52,7 @@ def _approach_speed(distance_m: float, acceleration_m_s2: float) -> float:
     return math.sqrt(2.0 * acceleration_m_s2 * (distance_m - 0.5 * knee_m))
 
 
-@njit(cache=True)
+@compiled
 def _wanted_velocity(
     motion: int, offset: FloatArray, target: FloatArray, limits: FloatArray, wanted: FloatArray
 ) -> None:
@@ -86,7 +86,7 @@ def _wanted_velocity(
         wanted[2] = -sink
 
 
-@njit(cache=True)
+@compiled
 def _advance(
     position: FloatArray,
     velocity: FloatArray,

@@ -40,4 +40,4 @@ MODE_TITLES = {
 NEEDS_POSITION = frozenset({CopterMode.AUTO, CopterMode.GUIDED, CopterMode.LOITER, CopterMode.RTL, CopterMode.BRAKE})
 ARMABLE = frozenset({CopterMode.STABILIZE, CopterMode.ALT_HOLD, CopterMode.GUIDED, CopterMode.LOITER})
 PILOTED = frozenset({CopterMode.STABILIZE, CopterMode.ALT_HOLD, CopterMode.LOITER, CopterMode.BRAKE})
-"""Modes that ArduCopter does not count as autopilot modes: by default it leaves them alone when the GCS falls silent."""
+"""No autopilot modes in ArduCopter's eyes: by default it leaves them alone when the GCS falls silent."""

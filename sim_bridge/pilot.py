@@ -84,6 +84,10 @@ class Pilot:
         east, north, up = self._bodies.target[self._index].tolist()
         return (east, north, up)
 
+    @property
+    def flies_with_velocity(self) -> bool:
+        return bool(self._bodies.motion[self._index] == Motion.VELOCITY)
+
     def height_above_ground_m(self) -> float:
         return float(self._bodies.position_enu_m[self._index, 2] - self._bodies.ground_m[self._index])
 
@@ -159,7 +163,7 @@ class Pilot:
     def begin_return(self, home_enu_m: Point) -> None:
         """Begin ArduPilot's RTL: climb to max(here, home + RTL_ALT), less close to home by RTL_CONE_SLOPE."""
         parameters = self._parameters
-        east_m, north_m, up_m = self._stopping_point()
+        east_m, north_m, _ = self._stopping_point()
         here_m = self.position_enu_m[2] - home_enu_m[2]
         lowest_m = max(0.0, here_m + max(0.0, parameters["RTL_CLIMB_MIN"] / 100.0))
         height_m = max(lowest_m, parameters["RTL_ALT"] / 100.0)

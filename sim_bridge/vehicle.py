@@ -36,6 +36,8 @@ class Copter:
         As its heartbeat and its landed state tell.
     home_enu_m
         Where it returns to; None until its position is known, set anew at every arming.
+    origin_enu_m
+        Where it first knew its position; None before.
     has_flown, crashed
         Whether it has ever left the ground, and whether it hit it too fast.
     """
@@ -55,11 +57,13 @@ class Copter:
         self.has_flown = False
         self.crashed = False
         self.home_enu_m: Point | None = None
+        self.origin_enu_m: Point | None = None
         self._bodies = bodies
         self._ready_after_s = ready_after_s
         self._ready_announced = False
         self._grounded_since_s = 0.0
         self._contact_since_s = math.inf
+        self._velocity_until_s = math.inf
         self._texts: list[StatusText] = []
         self._controller_watch = ControllerWatch()
         self._battery_watch = BatteryWatch()
@@ -243,13 +247,14 @@ class Copter:
         return ACCEPTED
 
     def set_velocity(self, velocity_enu_m_s: Point) -> Reply:
-        """Take a guided velocity."""
+        """Take a guided velocity; it is flown for GUID_TIMEOUT seconds unless told again."""
         if not all(math.isfinite(component) for component in velocity_enu_m_s):
             return Reply(Outcome.DENIED, "Target is no velocity")
         if self.mode is not CopterMode.GUIDED or not self.armed or self.landed:
             return Reply(Outcome.FAILED, "Velocity needs guided flight in the air")
         self.pilot.taking_off = False
         self.pilot.fly_with(velocity_enu_m_s)
+        self._velocity_until_s = self.clock.time_s + self.parameters["GUID_TIMEOUT"]
         return ACCEPTED
 
     def set_speed(self, speed_m_s: float) -> Reply:
@@ -303,6 +308,8 @@ class Copter:
         elif self.pilot.taking_off:
             target = self.pilot.target_enu_m
             self.pilot.taking_off = target is not None and target[2] - self.pilot.position_enu_m[2] > ARRIVED_M
+        elif self.pilot.flies_with_velocity and time_s > self._velocity_until_s:
+            self.pilot.stop()
 
     def _note_ground(self, impact_m_s: float, time_s: float) -> None:
         """Tell lift-off and landing from height and contact."""
@@ -335,7 +342,7 @@ class Copter:
 
     def _note_readiness(self, time_s: float) -> None:
         if self.home_enu_m is None and time_s >= ORIGIN_SHARE * self._ready_after_s:
-            self.home_enu_m = self.pilot.position_enu_m
+            self.home_enu_m = self.origin_enu_m = self.pilot.position_enu_m
             self.say(6, "EKF3 IMU0 origin set")
         if not self._ready_announced and time_s >= self._ready_after_s:
             self._ready_announced = True

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from sim_bridge.terrain import true_surface
+from vehicle_agent.domain.compiled import compiled
 from vehicle_agent.domain.elevation import CellObservations
 from vehicle_agent.domain.frames import FloatArray, Point
 from vehicle_agent.domain.grid import Grid
@@ -17,7 +17,7 @@ from vehicle_agent.mission.load import MissionError, MissionPlan
 BELOW_GROUND_TOLERANCE_M = 0.05
 
 
-@njit(cache=True)
+@compiled
 def surface_height(elevation_m: FloatArray, u: float, v: float) -> float:
     """Bilinear height at a place in cells (cell centres at whole numbers); beyond the border the border's height."""
     columns, rows = elevation_m.shape
