@@ -19,7 +19,7 @@ from missions.memory import proportional_set_bytes
 from missions.observer import Observer
 from missions.report import RunFacts, summarise
 from missions.summary import summary_text, write_summary
-from missions.supervisor import Change, Loss, Notice, State, Supervisor
+from missions.supervisor import Change, Loss, Notice, Supervisor
 from missions.terminal import Terminal
 from vehicle_agent.mission.load import MissionError, MissionPlan
 
@@ -91,6 +91,7 @@ class MissionRun:
     _ready: set[str] = field(default_factory=set)
     _notice: str = ""
     _memory_due_s: float = 0.0
+    _terminal_lent: bool = False
 
     def fly(self) -> int:
         """Start everything, wait for the end, stop everything, judge."""
@@ -98,17 +99,15 @@ class MissionRun:
             return self._fly()
         finally:
             self.supervisor.kill_all()
-            if self.terminal is not None and self._dashboard_crashed():
-                self.terminal.restore()
+            self._reclaim_terminal()
 
     def _fly(self) -> int:
         self._show_notice("starting")
         view = processes.line_log_spec if self.terminal is None else processes.dashboard_spec
-        self.supervisor.add(view(self.plan, self.run_dir, self._notice_file))
-        self.supervisor.tick()
-        for spec in processes.fleet_table(self.plan, self.run_dir):
-            self.supervisor.add(spec)
         with Observer(self.plan, self.run_dir, time.monotonic) as observer:
+            self.supervisor.add(view(self.plan, self.run_dir, self._notice_file))
+            for spec in processes.fleet_table(self.plan, self.run_dir):
+                self.supervisor.add(spec)
             while self._over is None:
                 self._turn(observer)
                 time.sleep(TICK_S)
@@ -137,6 +136,7 @@ class MissionRun:
         spec = notice.spec
         if notice.change is Change.READY:
             self._ready.add(spec.name)
+            self._terminal_lent |= spec.name == processes.DASHBOARD
         elif spec.loss is Loss.LOSES_VIEW:
             self._view_changed(notice)
         elif spec.loss is Loss.ENDS_MISSION or spec.name not in self._ready:
@@ -148,10 +148,8 @@ class MissionRun:
             self._warn(f"agent {notice.text}")
 
     def _view_changed(self, notice: Notice) -> None:
-        """Go on without a dashboard when it is gone; a killed one has left the terminal in a mess."""
-        crashed = notice.exit_code is None or notice.exit_code < 0
-        if self.terminal is not None and crashed:
-            self.terminal.restore()
+        """Go on without a dashboard when it is gone."""
+        self._reclaim_terminal(notice.exit_code)
         if notice.change is Change.RESTARTED:
             self._warn(notice.text)
         elif notice.exit_code == OPERATOR_INTERRUPT:
@@ -165,12 +163,13 @@ class MissionRun:
         else:
             self._warn(f"{notice.text}; the mission goes on unseen")
 
-    def _dashboard_crashed(self) -> bool:
-        exit_code = self.supervisor.exit_code(processes.DASHBOARD)
-        return exit_code is not None and exit_code < 0
-
-    def _dashboard_runs(self) -> bool:
-        return self.terminal is not None and self.supervisor.state(processes.DASHBOARD) is not State.ENDED
+    def _reclaim_terminal(self, exit_code: int | None = None) -> None:
+        """Take the terminal back from a dashboard that has ended; a killed one has left it in a mess."""
+        if exit_code is None:
+            exit_code = self.supervisor.exit_code(processes.DASHBOARD)
+        if self.terminal is not None and self._terminal_lent and exit_code is not None and exit_code < 0:
+            self.terminal.restore()
+        self._terminal_lent = False
 
     def _show_progress(self, now_s: float) -> None:
         if processes.KERNELS not in self._ready:
@@ -195,8 +194,7 @@ class MissionRun:
             for name in names:
                 self.supervisor.stop(name)
             self.supervisor.wait_ended(names, self.interrupts.in_hurry)
-        if self.terminal is not None and self._dashboard_crashed():
-            self.terminal.restore()
+        self._reclaim_terminal()
         self.supervisor.stop_all(self.interrupts.in_hurry)
 
     def _judge(self, observer: Observer) -> int:
@@ -228,5 +226,5 @@ class MissionRun:
         self._say(text)
 
     def _say(self, text: str) -> None:
-        if not self._dashboard_runs():
+        if not self._terminal_lent:
             print(f"missions: {text}", file=sys.stderr, flush=True)

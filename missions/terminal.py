@@ -11,7 +11,7 @@ from typing import Any
 LEAVE_FULL_SCREEN = (
     "\x1b[?1000l\x1b[?1002l\x1b[?1003l\x1b[?1006l\x1b[?1015l"  # mouse reports off
     "\x1b[?2004l\x1b[?1004l\x1b[<u"  # bracketed paste, focus reports and the keyboard protocol off
-    "\x1b[?1049l\x1b[?25h\x1b[0m"  # main screen, cursor, plain colours
+    "\x1b[?1049l\x1b[?7h\x1b[?25h\x1b[0m"  # main screen, wrapping, cursor, plain colours
 )
 
 
@@ -32,7 +32,10 @@ class Terminal:
             return None
 
     def restore(self) -> None:
-        """Leave full-screen mode, drop unread keys and set the remembered settings."""
+        """Leave full-screen mode, drop unread keys and set the remembered settings.
+
+        Only after a program was killed in full-screen mode: leaving it twice moves the cursor back to where it was.
+        """
         try:
             termios.tcsetattr(sys.stdin.fileno(), termios.TCSAFLUSH, self.settings)
             os.write(sys.stdout.fileno(), LEAVE_FULL_SCREEN.encode())

@@ -24,7 +24,7 @@ from vehicle_agent.link.session import FleetLink
 from vehicle_agent.mission.load import MissionError, MissionPlan, load_mission
 from vehicle_agent.wire.messages import AnyMessage, BodyReport, Stage, Status
 
-FLIGHT_S = 1.5
+FLIGHT_S = float(os.environ.get("STAND_IN_FLIGHT_S", "1.5"))
 TICK_S = 0.05
 
 
