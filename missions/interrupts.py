@@ -34,6 +34,11 @@ class Interrupts:
         return self.count > 1
 
     @property
+    def cause(self) -> str:
+        """The first request in words."""
+        return "Ctrl-C" if self.first is signal.SIGINT else self.first.name if self.first else "nobody"
+
+    @property
     def exit_code(self) -> int | None:
         """128 + signal as shells have it; None when nothing came."""
         return None if self.first is None else 128 + int(self.first)

@@ -129,7 +129,7 @@ class MissionRun:
             pids = (*self.supervisor.pids().values(), os.getpid())
             self.peak_memory_bytes = max(self.peak_memory_bytes, proportional_set_bytes(pids))
         if self.interrupts.first is not None:
-            self._over = self._over or (Ending.STOPPED, f"stopped by {self.interrupts.first.name}")
+            self._over = self._over or (Ending.STOPPED, f"stopped by {self.interrupts.cause}")
         self._over = self._over or observer.watch.ending(now_s)
 
     def _take(self, notice: Notice, observer: Observer) -> None:
@@ -157,7 +157,10 @@ class MissionRun:
         elif notice.spec.name == processes.DASHBOARD:
             self.supervisor.add(processes.line_log_spec(self.plan, self.run_dir, self._notice_file))
             if notice.exit_code == 0:
-                self._say("dashboard closed; the mission goes on, Ctrl-C stops it")
+                self._say(
+                    f"dashboard closed; the mission goes on, Ctrl-C stops it, and "
+                    f"`ground-station {self.plan.source}` opens another"
+                )
             else:
                 self._warn(f"{notice.text}; the mission goes on without it")
         else:

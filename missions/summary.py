@@ -128,9 +128,10 @@ def summary_text(summary: Summary, run_dir: Path) -> str:
     ]
     if summary.first_airborne_wall_s is not None:
         lines.append(f"  airborne   first vehicle after {summary.first_airborne_wall_s:.1f} s")
-    if summary.min_separation_m is not None:
+    if summary.fence_breaches is not None:
+        apart = "-" if summary.min_separation_m is None else f"{summary.min_separation_m:.1f}"
         lines.append(
-            f"  safety     closest two vehicles {summary.min_separation_m:.1f} m, "
+            f"  safety     closest two vehicles in the air {apart} m, "
             f"{summary.fence_breaches} fence breaches, {summary.crashes} crashes"
         )
     lines.append(f"  memory     {summary.peak_memory_bytes / 2**20:.0f} MiB at most, all processes together (PSS)")
