@@ -1,8 +1,8 @@
 """Frames: the mission's local east-north-up metres, geodetic coordinates and north-east-down.
 
 The local frame is the plane that autopilots use for navigation: metres along the meridian and along the parallel of
-the datum, scaled by the WGS 84 radii of curvature there, with z the height above the datum's altitude. At a distance d
-from the datum it departs from the tangent plane by at most d^2 (0.6 tan|latitude| + 0.01) / R + d^3 / (2 R^2), R being
+the datum, scaled by the WGS 84 radii of curvature there, with z the height above the datum's altitude. At d <= 10 km
+from a datum below 80 degrees it departs from the tangent plane by at most d^2 (0.6 tan|latitude| + 0.01) / R, R being
 the Earth's radius: 2.0 m at 5 km and 40 degrees. All vehicles share it, and z stays an altitude at any distance.
 """
 
