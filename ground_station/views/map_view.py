@@ -14,7 +14,7 @@ from ground_station.views.raster import FRONTIER, OBSERVED, Raster, rasterise, s
 from ground_station.views.viewport import Viewport
 from vehicle_agent.wire.messages import PositionCm
 
-RAMP_STEPS = 24
+RAMP_STEPS = 16
 TRAIL_POINTS = 60
 """How much of a trail is drawn: the newest part, so that the ground stays readable."""
 ASCII_RAMP = "-=+*%@"

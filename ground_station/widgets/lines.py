@@ -34,11 +34,11 @@ class Lines(Widget):
         if len(old) != len(new):
             self.refresh()
             return
+        # Textual sends a line from the widget's left edge to the region's right one, so one region a line is cheapest.
         changed = [
-            Region(start, y, end - start, 1)
+            Region(0, y, last_difference(before, after), 1)
             for y, (before, after) in enumerate(zip(old, new, strict=True))
             if before != after
-            for start, end in [_difference(before, after, width)]
         ]
         if changed:
             self.refresh(*changed)
@@ -67,13 +67,12 @@ def _style(ink: Ink) -> Style:
     )
 
 
-def _difference(before: Line, after: Line, width: int) -> tuple[int, int]:
-    """First and one past the last column in which two lines of one width differ."""
+def last_difference(before: Line, after: Line) -> int:
+    """One past the last column in which two lines differ; 0 when they look the same."""
     old, new = _cells(before), _cells(after)
     if len(old) != len(new):
-        return (0, width)
-    differing = [x for x, pair in enumerate(zip(old, new, strict=True)) if pair[0] != pair[1]]
-    return (differing[0], differing[-1] + 1) if differing else (0, 0)
+        return max(len(old), len(new))
+    return next((x + 1 for x in range(len(new) - 1, -1, -1) if old[x] != new[x]), 0)
 
 
 def _cells(line: Line) -> list[tuple[str, Ink]]:
