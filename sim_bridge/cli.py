@@ -59,17 +59,22 @@ def main(
 
     try:
         plan = load_mission(mission, change)
-        if run_dir is not None:
-            run_dir.mkdir(parents=True, exist_ok=True)
+        _make_folder(run_dir)
         fleet = Fleet(plan, World.of(plan))
         warm_up()
         asyncio.run(_serve(plan, fleet, run_dir))
     except (MissionError, ServerError, LinkError) as error:
         click.echo(str(error), err=True)
         sys.exit(2)
+
+
+def _make_folder(run_dir: Path | None) -> None:
+    if run_dir is None:
+        return
+    try:
+        run_dir.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        click.echo(f"{error.filename or run_dir}: {error.strerror}; correct --run-dir", err=True)
-        sys.exit(2)
+        raise ServerError(f"{run_dir}: cannot be made ({error.strerror}); choose another --run-dir") from None
 
 
 async def _serve(plan: MissionPlan, fleet: Fleet, run_dir: Path | None) -> None:

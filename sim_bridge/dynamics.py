@@ -25,6 +25,8 @@ POSITION_GAIN_1_S = 1.0
 BRAKING_SHARE = 0.8
 """Share of the acceleration limit that braking plans with; the rest follows the course."""
 TURN_RATE_DEG_S = 60.0
+FALL_LIMIT_M_S = 50.0
+"""Terminal velocity of a copter without thrust."""
 
 SPEED, CLIMB, SINK, ACCELERATION, VERTICAL_ACCELERATION = range(5)
 """Columns of `Bodies.limits`, metres and seconds."""
@@ -54,7 +56,13 @@ def _approach_speed(distance_m: float, acceleration_m_s2: float) -> float:
 
 @compiled
 def _wanted_velocity(
-    motion: int, offset: FloatArray, target: FloatArray, limits: FloatArray, wanted: FloatArray
+    motion: int,
+    offset: FloatArray,
+    velocity: FloatArray,
+    target: FloatArray,
+    limits: FloatArray,
+    dt_s: float,
+    wanted: FloatArray,
 ) -> None:
     speed, climb, sink = limits[0], limits[1], limits[2]
     acceleration, vertical_acceleration = limits[3], limits[4]
@@ -71,8 +79,10 @@ def _wanted_velocity(
         if abs(upward) > 1e-9:
             fastest = min(fastest, (climb if upward > 0 else sink) / abs(upward))
             hardest = min(hardest, vertical_acceleration / abs(upward))
-        rate = min(fastest, _approach_speed(distance, BRAKING_SHARE * hardest)) / distance
-        wanted[:] = offset * rate
+        # Speed along the leg grows no faster than both limits allow together, or the steeper one would lag behind.
+        present = (velocity[0] * offset[0] + velocity[1] * offset[1] + velocity[2] * offset[2]) / distance
+        fastest = min(fastest, max(present, 0.0) + hardest * dt_s)
+        wanted[:] = offset * (min(fastest, _approach_speed(distance, BRAKING_SHARE * hardest)) / distance)
     elif motion == 2:
         pace = math.hypot(target[0], target[1])
         scale = speed / pace if pace > speed else 1.0
@@ -110,9 +120,9 @@ def _advance(
             if position[i, 2] <= ground[i]:
                 velocity[i, :] = 0.0
                 continue
-            velocity[i, 2] -= GRAVITY_M_S2 * dt_s
+            velocity[i, 2] = max(velocity[i, 2] - GRAVITY_M_S2 * dt_s, -FALL_LIMIT_M_S)
         else:
-            _wanted_velocity(motion[i], target[i] - position[i], target[i], limits[i], wanted)
+            _wanted_velocity(motion[i], target[i] - position[i], velocity[i], target[i], limits[i], dt_s, wanted)
             dx, dy, dz = wanted[0] - vx, wanted[1] - vy, wanted[2] - vz
             change = math.hypot(dx, dy)
             most = limits[i, 3] * dt_s

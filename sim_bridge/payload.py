@@ -21,7 +21,7 @@ class Publisher(Protocol):
 class Payload:
     """Publishes scans at each sensor's period while its vehicle is armed, and body reports once a second.
 
-    The simulator has no mission of its own, so a scan is said under its vehicle's name, by the simulator.
+    A scan is said by the simulator under its vehicle's key; of vehicles with real autopilots it says nothing.
     """
 
     def __init__(self, fleet: Fleet, link: Publisher, boot_id: int) -> None:
@@ -42,8 +42,9 @@ class Payload:
                 self._publish_scan(index)
         if now_us >= self._body_due_us:
             self._body_due_us = now_us + BODY_PERIOD_US
-            for index in range(len(self._fleet.vehicles)):
-                self._publish_body(index)
+            for index, table in enumerate(self._fleet.plan.mission.vehicles):
+                if table.connection is None:
+                    self._publish_body(index)
 
     def _header(self) -> dict[str, object]:
         self._sequence += 1

@@ -23,6 +23,9 @@ from vehicle_agent.domain.frames import Point
 
 ARRIVED_M = 0.5
 """Distance at which a climb counts as finished."""
+_SLOWEST = np.array([0.1, 0.1, 0.1, 0.5, 0.5])
+_FASTEST = np.array([100.0, 50.0, 50.0, 20.0, 20.0])
+"""What a body can do, whatever its parameters say; columns as in `Bodies.limits`."""
 MIN_CONE_SLOPE = 0.5
 """RTL_CONE_SLOPE below this is ignored, as ArduPilot does."""
 
@@ -97,11 +100,12 @@ class Pilot:
         speed = parameters["WPNAV_SPEED"] / 100.0
         if self.return_phase is not None and parameters["RTL_SPEED"] > 0:
             speed = parameters["RTL_SPEED"] / 100.0
-        limits[SPEED] = max(0.1, speed if self.commanded_speed_m_s is None else self.commanded_speed_m_s)
-        limits[CLIMB] = max(0.1, parameters["WPNAV_SPEED_UP"] / 100.0)
-        limits[SINK] = max(0.1, parameters["WPNAV_SPEED_DN"] / 100.0)
-        limits[ACCELERATION] = max(0.5, parameters["WPNAV_ACCEL"] / 100.0)
-        limits[VERTICAL_ACCELERATION] = max(0.5, parameters["WPNAV_ACCEL_Z"] / 100.0)
+        limits[SPEED] = speed if self.commanded_speed_m_s is None else self.commanded_speed_m_s
+        limits[CLIMB] = parameters["WPNAV_SPEED_UP"] / 100.0
+        limits[SINK] = parameters["WPNAV_SPEED_DN"] / 100.0
+        limits[ACCELERATION] = parameters["WPNAV_ACCEL"] / 100.0
+        limits[VERTICAL_ACCELERATION] = parameters["WPNAV_ACCEL_Z"] / 100.0
+        np.clip(limits, _SLOWEST, _FASTEST, out=limits)
 
     def begin_mode(self) -> None:
         """Forget what belonged to the flight mode before this one."""
@@ -157,7 +161,8 @@ class Pilot:
         fastest = parameters["LAND_SPEED_HIGH"] / 100.0 or parameters["WPNAV_SPEED_DN"] / 100.0
         above_m = max(0.0, self.height_above_ground_m() - parameters["LAND_ALT_LOW"] / 100.0)
         braking = BRAKING_SHARE * float(limits[VERTICAL_ACCELERATION])
-        limits[SINK] = max(touchdown, min(fastest, math.sqrt(touchdown**2 + 2.0 * braking * above_m)))
+        rate = max(touchdown, min(fastest, math.sqrt(touchdown**2 + 2.0 * braking * above_m)))
+        limits[SINK] = min(rate, float(_FASTEST[SINK]))
         self._bodies.motion[self._index] = Motion.DESCEND
 
     def begin_return(self, home_enu_m: Point) -> None:

@@ -146,6 +146,8 @@ class Server:
         """Listen for every vehicle; ServerError when a port is in use."""
         host = self.fleet.plan.mission.radio.endpoint_host
         for index, node in enumerate(self.nodes):
+            if self.fleet.plan.mission.vehicles[index].connection is not None:
+                continue  # a real autopilot, elsewhere
             port = self.fleet.plan.mavlink_port(index)
             try:
                 await self._listen(node, host, port)

@@ -8,10 +8,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.ndimage import map_coordinates
 
 from vehicle_agent.domain.frames import FloatArray
-from vehicle_agent.domain.grid import Grid
+from vehicle_agent.domain.grid import Grid, IndexArray
 from vehicle_agent.mission.load import MissionError, MissionPlan
 from vehicle_agent.mission.model import FlatTerrain, GaussianTerrain, GridTerrain
 
@@ -65,8 +64,7 @@ def _measured(plan: MissionPlan, terrain: GridTerrain) -> FloatArray:
         )
     columns = (grid.centres_east_m() - measured.west_m) / measured.cell_m - 0.5
     rows = (grid.centres_north_m() - measured.south_m) / measured.cell_m - 0.5
-    where = np.meshgrid(columns, rows, indexing="ij")
-    surface: FloatArray = map_coordinates(elevation_amsl_m, where, order=1, mode="nearest")
+    surface = _bilinear(elevation_amsl_m, columns, rows)
     if not np.isfinite(surface).all():
         column, row = (int(first) for first in np.argwhere(~np.isfinite(surface))[0])
         east_m, north_m = grid.centre_of(column, row)
@@ -75,6 +73,22 @@ def _measured(plan: MissionPlan, terrain: GridTerrain) -> FloatArray:
             "fill its gaps or move the area"
         )
     return surface
+
+
+def _bilinear(values: FloatArray, columns: FloatArray, rows: FloatArray) -> FloatArray:
+    """Values at fractional places, (C,) and (R,) -> (C, R); beyond the border the border's values."""
+    west, east, eastward = _neighbours(columns, values.shape[0])
+    south, north, northward = _neighbours(rows, values.shape[1])
+    along_west = values[np.ix_(west, south)] * (1.0 - northward) + values[np.ix_(west, north)] * northward
+    along_east = values[np.ix_(east, south)] * (1.0 - northward) + values[np.ix_(east, north)] * northward
+    surface: FloatArray = along_west * (1.0 - eastward[:, None]) + along_east * eastward[:, None]
+    return surface
+
+
+def _neighbours(places: FloatArray, size: int) -> tuple[IndexArray, IndexArray, FloatArray]:
+    inside = np.clip(places, 0.0, size - 1.0)
+    low = np.floor(inside).astype(np.int64)
+    return low, np.minimum(low + 1, size - 1), inside - low
 
 
 def _read(source: Path, path: Path) -> tuple[FloatArray, Grid]:

@@ -21,6 +21,8 @@ from vehicle_agent.domain.frames import Point
 TOUCHDOWN_LIMIT_M_S = 2.0
 """Fastest contact with the ground that a copter survives."""
 LIFTED_OFF_M = 0.3
+FARTHEST_M = 1e6
+"""Targets and homes beyond this are none."""
 SETTLED_S = 1.0
 """Contact for this long counts as having landed, whatever the flight mode."""
 ORIGIN_SHARE = 0.6
@@ -228,14 +230,14 @@ class Copter:
         if self.mode is not CopterMode.GUIDED or not self.armed or not self.landed or self.home_enu_m is None:
             return Reply(Outcome.FAILED, "Takeoff needs guided flight, armed and on the ground")
         up_m = self.home_enu_m[2] + height_m
-        if not math.isfinite(up_m) or up_m <= self.pilot.position_enu_m[2] + LIFTED_OFF_M:
-            return Reply(Outcome.FAILED, "Takeoff altitude is below the vehicle")
+        if not abs(up_m) <= FARTHEST_M or up_m <= self.pilot.position_enu_m[2] + LIFTED_OFF_M:
+            return Reply(Outcome.FAILED, "Takeoff altitude is below the vehicle, or no altitude")
         self.pilot.climb_to(up_m)
         return ACCEPTED
 
     def set_destination(self, position_enu_m: Point) -> Reply:
         """Take a guided target; on the ground it is accepted and, as by ArduCopter, nothing moves."""
-        if not all(math.isfinite(coordinate) for coordinate in position_enu_m):
+        if not is_place(position_enu_m):
             return Reply(Outcome.DENIED, "Target is no position")
         if self.mode is not CopterMode.GUIDED:
             return Reply(Outcome.FAILED, "Target needs guided flight")
@@ -271,6 +273,13 @@ class Copter:
         self.pilot.refresh_limits()
         return ACCEPTED
 
+    def set_home(self, position_enu_m: Point) -> Reply:
+        """Return to another place until the next arming."""
+        if not self.position_known or not is_place(position_enu_m):
+            return Reply(Outcome.DENIED, "Home is no position, or the position is not known yet")
+        self.home_enu_m = position_enu_m
+        return ACCEPTED
+
     def heard_controller(self, system_id: int) -> Reply:
         """Note a heartbeat of some controller; only that of SYSID_MYGCS is watched."""
         if system_id == int(self.parameters["SYSID_MYGCS"]):
@@ -287,7 +296,7 @@ class Copter:
             self._crash()
         self.battery.drain(dt_s, self.armed, not self.landed, self.parameters["BATT_CAPACITY"])
         self._note_readiness(time_s)
-        if self.armed:
+        if self.armed or not self.landed:
             self._note_ground(impact_m_s, time_s)
         if self.armed and not self.landed:
             self._fly(time_s)
@@ -351,3 +360,8 @@ class Copter:
     def _refuse(self, severity: int, text: str) -> Reply:
         self.say(severity, text)
         return Reply(Outcome.FAILED, text)
+
+
+def is_place(position_enu_m: Point) -> bool:
+    """Whether a vehicle could be there; False for NaN and infinity too."""
+    return all(abs(coordinate) <= FARTHEST_M for coordinate in position_enu_m)

@@ -59,7 +59,7 @@ class HealthService(Service):
             healthy,
             100,
             round(vehicle.battery.voltage_v * 1000),
-            round(vehicle.battery.current_a * 100),
+            _centiamperes(vehicle.battery.current_a),
             round(vehicle.battery.remaining * 100),
             *[0] * 6,
         )
@@ -73,7 +73,7 @@ class HealthService(Service):
             mavlink.MAV_BATTERY_TYPE_LIPO,
             2500,
             [round(battery.voltage_v * 1000)] + [0xFFFF] * 9,
-            round(battery.current_a * 100),
+            _centiamperes(battery.current_a),
             round((1.0 - battery.remaining) * capacity_mah),
             -1,
             round(battery.remaining * 100),
@@ -97,3 +97,8 @@ class HealthService(Service):
         for problem in vehicle.prearm_problems(vehicle.mode):
             vehicle.say(2, f"PreArm: {problem}")
         return Outcome.ACCEPTED
+
+
+def _centiamperes(current_a: float) -> int:
+    """Current as MAVLink's int16 holds it."""
+    return min(round(current_a * 100), 32767)

@@ -66,16 +66,14 @@ class HomeService(Service):
 
     def _set_home(self, request: CommandRequest) -> Outcome:
         vehicle = self.node.vehicle
-        if not vehicle.position_known:
-            return Outcome.FAILED
-        if request.parameters[0] == 1:
-            vehicle.home_enu_m = vehicle.pilot.position_enu_m
-        else:
+        home = vehicle.pilot.position_enu_m
+        if request.parameters[0] != 1:
             place = latitude_longitude_deg(request)
-            if place is None or not math.isfinite(request.z):
+            if place is None:
                 return Outcome.DENIED
-            vehicle.home_enu_m = self.node.datum.to_enu(Geodetic(*place, request.z))
+            home = self.node.datum.to_enu(Geodetic(*place, request.z))
+        outcome = vehicle.set_home(home).outcome
         message = self.home_position()
-        if message is not None:
+        if outcome is Outcome.ACCEPTED and message is not None:
             self.node.broadcast(message)
-        return Outcome.ACCEPTED
+        return outcome

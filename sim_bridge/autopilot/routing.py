@@ -3,7 +3,7 @@
 A heartbeat goes to every other client except those on which its sender (system and component) has itself been heard.
 Other messages go to other clients when they are for everybody, or for a system or component heard there. So a client
 hears a second program that speaks with its own system id from another component; with the same component as well it
-hears everything of that program but its heartbeats.
+hears everything of that program but its heartbeats. Messages unknown to the dialect cannot be checked and are dropped.
 """
 
 from __future__ import annotations
@@ -27,6 +27,8 @@ def route(node: Node, client: Client, message: Message) -> bool:
     if sender[0] != 0 and len(client.routes) < MAX_ROUTES:
         client.routes.add(sender)
     kind = message.get_type()
+    if kind.startswith("UNKNOWN"):
+        return False
     if kind in ("RADIO", "RADIO_STATUS", "ADSB_VEHICLE"):
         return True
     others = [other for other in node.clients if other is not client and other.routes]
