@@ -90,23 +90,26 @@ def run_plain(
     """Write lines until every vehicle is done (if so asked), SIGINT or SIGTERM; raises LinkError, BrokenPipeError."""
     output = output or sys.stdout
     stop = threading.Event()
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, lambda *_: stop.set())
-    station.attach(connect())
-    log = PlainLog(interval_s, clock())
-    while True:
-        state = station.step(clock())
-        stopping = stop.is_set() or (exit_when_done and state.finished)
-        lines = log.lines(state, "" if state.heard_any else read_notice(notice_file))
-        if stopping:
-            lines.append(status_line(state))
-        for line in lines:
-            print(_encodable(line, output), file=output)
-        if lines:
-            output.flush()
-        if stopping:
-            return
-        stop.wait(STEP_S)
+    numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+    former = [signal.signal(number, lambda *_: stop.set()) for number in numbers]
+    try:
+        station.attach(connect())
+        log = PlainLog(interval_s, clock())
+        stopping = False
+        while not stopping:
+            state = station.step(clock())
+            stopping = stop.is_set() or (exit_when_done and state.finished)
+            lines = log.lines(state, "" if state.heard_any else read_notice(notice_file))
+            if stopping:
+                lines.append(status_line(state))
+            for line in lines:
+                print(_encodable(line, output), file=output)
+            if lines:
+                output.flush()
+            stop.wait(0.0 if stopping else STEP_S)
+    finally:
+        for number, handler in zip(numbers, former, strict=True):
+            signal.signal(number, handler)
 
 
 def _encodable(line: str, output: TextIO) -> str:

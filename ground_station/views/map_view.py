@@ -130,7 +130,7 @@ def _marks(state: FleetState, view: Viewport, look: Look, rows_per_character: in
         if claim is not None and claim.active and vehicle.condition in (Condition.LIVE, Condition.SUSPECT):
             ink = look.ink(palette.vehicle_colour(vehicle.index), palette.UNOBSERVED, bold=True)
             put(*_plane(claim.goal_cm), look.glyph("◇", "x"), ink)
-    for vehicle in heard:
+    for vehicle in sorted(heard, key=lambda one: one.condition is Condition.LOST):
         position = vehicle.position_enu_m
         assert position is not None
         put(position[0], position[1], _vehicle_text(vehicle, look), _vehicle_ink(vehicle, look))

@@ -53,7 +53,7 @@ def rasterise(team_map: TeamMap, view: Viewport) -> Raster:
     kind = np.full((view.width, view.height), OUTSIDE, dtype=np.uint8)
     kind[area_sums > 0] = UNOBSERVED
     kind[(observed_sums > 0) & (observed_sums >= 0.5 * area_sums)] = OBSERVED
-    kind[(frontier_sums > 0) & (observed_sums < area_sums)] = FRONTIER
+    kind[frontier_sums > 0] = FRONTIER
     low_m, high_m = _ramp_ends(team_map)
     mean_m = height_sums / np.maximum(observed_sums, 1.0)
     share = np.where(observed_sums > 0, np.clip((mean_m - low_m) / (high_m - low_m), 0.0, 1.0), 0.0)
