@@ -11,6 +11,7 @@ from typing import Any
 from sim_bridge.autopilot.node import Node
 from sim_bridge.autopilot.service import Client
 from sim_bridge.fleet import STEP_US, Fleet
+from sim_bridge.pacing import Pacer
 
 BUFFER_LIMIT_BYTES = 65_536
 """A client that does not read loses messages beyond this backlog; nobody else waits for it."""
@@ -20,12 +21,6 @@ UDP_SILENCE_S = 10.0
 HEARTBEAT_WALL_S = 1.0
 """Clients count a vehicle's silence in real time, so a slow simulation adds heartbeats."""
 SHORTEST_NAP_S = 0.004
-LATE_S = 0.05
-"""A step that runs later than this is counted as late."""
-FORGIVEN_S = 1.0
-"""Arrears beyond this are dropped: time stands still rather than leaps after a pause of the machine."""
-CATCH_UP_FACTOR = 2.0
-"""Fastest catching up, as a multiple of the set pace, so that no client's heartbeats seem to fall silent."""
 
 
 class ServerError(Exception):
@@ -119,10 +114,8 @@ class Server:
 
     Attributes
     ----------
-    late_ticks
-        Steps that ran later than `LATE_S` of real time.
-    forgiven_s
-        Real seconds by which simulated time was set back after pauses.
+    nodes
+        The vehicles' MAVLink sides, by team index.
     """
 
     def __init__(
@@ -135,8 +128,7 @@ class Server:
         self.fleet = fleet
         self.nodes = [Node(vehicle, fleet.plan.datum) for vehicle in fleet.vehicles]
         self.late_ticks = 0
-        self.forgiven_s = 0.0
-        self._speedup = speedup
+        self._step_wall_s = STEP_US * 1e-6 / speedup
         self._on_step = on_step
         self._wall_clock = wall_clock
         self._listeners: list[asyncio.Server] = []
@@ -170,31 +162,26 @@ class Server:
 
     async def run(self, stop: asyncio.Event) -> None:
         """Let simulated time pass at the set pace until `stop` is set."""
-        step_wall_s = STEP_US * 1e-6 / self._speedup
-        heartbeat_steps = max(1, min(round(1e6 / STEP_US), round(HEARTBEAT_WALL_S / step_wall_s)))
-        due = self._wall_clock()
-        last_wake, steps = due, 0
+        pacer = Pacer(self._step_wall_s, self._wall_clock())
+        heartbeat_due_s = pacer.started_s + HEARTBEAT_WALL_S
         while not stop.is_set():
-            now = self._wall_clock()
-            if now - due > FORGIVEN_S:
-                self.forgiven_s += now - due - FORGIVEN_S
-                due = now - FORGIVEN_S
-            allowed = max(1, round(CATCH_UP_FACTOR * (now - last_wake) / step_wall_s))
-            last_wake = now
-            while due <= now and allowed > 0:
-                self.late_ticks += now - due > LATE_S + step_wall_s
+            now_s = self._wall_clock()
+            for _ in range(pacer.steps_due(now_s)):
                 self._step()
-                due += step_wall_s
-                allowed -= 1
-                steps += 1
-                if heartbeat_steps * STEP_US < 1_000_000 and steps % heartbeat_steps == 0:
-                    for node in self.nodes:
-                        node.say_alive()
+            self.late_ticks = pacer.late_ticks
+            if self._slower_than_real and now_s >= heartbeat_due_s:
+                heartbeat_due_s = now_s + HEARTBEAT_WALL_S
+                for node in self.nodes:
+                    node.say_alive()
             for node in self.nodes:
                 node.flush()
             for _, endpoint in self._endpoints:
                 endpoint.expire()
-            await _nap(stop, max(SHORTEST_NAP_S, due - self._wall_clock()))
+            await _nap(stop, max(SHORTEST_NAP_S, pacer.until_next_s(self._wall_clock())))
+
+    @property
+    def _slower_than_real(self) -> bool:
+        return self._step_wall_s > STEP_US * 1e-6
 
     def _step(self) -> None:
         self.fleet.step(STEP_US * 1e-6)
