@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from vehicle_agent.behaviour.units import to_metres
@@ -11,7 +12,11 @@ from vehicle_agent.planning.interface import Teammate
 from vehicle_agent.wire.messages import Claim, Stage, Status
 
 HAZARD_S = 600.0
-"""How long the way home of a silent vehicle is kept clear."""
+"""The way home of a silent vehicle is kept clear for no longer than this."""
+FAILSAFE_S = 60.0
+"""Until a silent vehicle's failsafe acts, and for its last metres to the ground."""
+SLOWEST_RETURN_M_S, SLOWEST_CLIMB_M_S = 4.0, 1.0
+"""No slower is a vehicle under its failsafe taken to fly home, and to climb and sink."""
 
 
 @dataclass(slots=True)
@@ -94,8 +99,10 @@ class TeamPicture:
             here, leg_end = to_metres(status.position_cm), to_metres(status.leg_end_cm)
             if not known.lost:
                 legs.append(Reservation(here, leg_end, self._team.index(name)))
-            elif now_s - known.heard_at_s < HAZARD_S and status.armed:
-                legs.extend(_way_home(here, leg_end, to_metres(status.home_cm), status.return_up_cm * 0.01))
+            elif status.armed:
+                way = _way_home(here, leg_end, to_metres(status.home_cm), status.return_up_cm * 0.01)
+                if now_s - known.heard_at_s < min(HAZARD_S, FAILSAFE_S + _slowest_s(way)):
+                    legs.extend(way)
         return tuple(legs)
 
 
@@ -109,3 +116,12 @@ def _way_home(here: Point, leg_end: Point, home: Point, return_up_m: float) -> l
         Reservation(above_here, above_home),
         Reservation(above_home, home),
     ]
+
+
+def _slowest_s(way: list[Reservation]) -> float:
+    """Time that a vehicle needs at most for a way that it flies under its failsafe."""
+    return sum(
+        math.dist(leg.start_enu_m[:2], leg.end_enu_m[:2]) / SLOWEST_RETURN_M_S
+        + abs(leg.end_enu_m[2] - leg.start_enu_m[2]) / SLOWEST_CLIMB_M_S
+        for leg in way
+    )
