@@ -289,7 +289,8 @@ class Supervisor:
             text = f"{spec.name} {how}; started anew ({child.restarts_used} of {spec.restarts})"
             return Notice(spec, Change.RESTARTED, text, exit_code)
         child.state = State.ENDED
-        return Notice(spec, Change.ENDED, f"{spec.name} {how}; {self._last_words(child)}", exit_code)
+        why = f"see {spec.log}" if exit_code < 0 else self._last_words(child)
+        return Notice(spec, Change.ENDED, f"{spec.name} {how}; {why}", exit_code)
 
     @staticmethod
     def _shows_ready(child: _Child, exit_code: int | None) -> bool:
