@@ -103,6 +103,47 @@ def test_forged_headers(count: int, first: int, elevation: int, stamp: int, widt
     assert cells is None or is_sound(cells, CELLS)
 
 
+def forge(
+    gaps: list[int], zigzag: list[int], offsets: list[int], elevation: int = 0, stamp: int = 1_000, tail: bytes = b""
+) -> bytes:
+    """A blob with every column eight bytes wide, whatever the numbers mean."""
+    body = struct.pack(f"<{len(gaps)}Q{len(zigzag)}Q{len(offsets)}Q", *gaps, *zigzag, *offsets)
+    return zlib.compress(struct.pack(HEADER, len(offsets), 5, elevation, stamp, 8, 8, 8) + body + tail)
+
+
+def test_a_forged_blob_without_a_fault_is_taken() -> None:
+    cells = unpack_cells(forge([2], [3], [0, 9]), CELLS)
+    assert cells is not None
+    assert cells.cell_indices.tolist() == [5, 8]
+    assert cells.elevations_dm.tolist() == [0, -2]
+    assert cells.stamps_ms.tolist() == [1_000, 1_009]
+
+
+@pytest.mark.parametrize(
+    "blob",
+    [
+        forge([2], [3], [0, 9], tail=b"\0"),
+        forge([2], [3], [0, 9], stamp=MAX_STAMP_MS + 1),
+        forge([2], [3], [0, MAX_STAMP_MS - 999]),
+        forge([2], [3], [0, 2**64 - 1]),
+        forge([2], [3], [0, 9], elevation=MAX_ELEVATION_DM + 1),
+        forge([2], [2 * MAX_ELEVATION_DM + 2], [0, 9]),
+        forge([2], [2**64 - 1], [0, 9]),
+        forge([2, 2], [2**64 - 1, 2**64 - 1], [0, 9, 9]),
+        forge([2**64 - 1], [3], [0, 9]),
+        forge([2**63], [3], [0, 9]),
+        forge([2**63 - 1, 2**63 - 1], [3, 3], [0, 9, 9]),
+        forge([CELLS], [3], [0, 9]),
+    ],
+    ids=[
+        "tail", "late base", "late offset", "wrapping offset", "high base", "high step", "step to the lowest integer",
+        "steps that wrap", "gap that repeats a cell", "negative gap", "gaps that wrap", "gap beyond the grid",
+    ],
+)  # fmt: skip
+def test_one_fault_is_enough_to_be_refused(blob: bytes) -> None:
+    assert unpack_cells(blob, CELLS) is None
+
+
 def test_many_mutations_under_the_deflation() -> None:
     dice = random.Random(5)
     cells = CellObservations(

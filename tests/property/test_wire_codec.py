@@ -232,6 +232,14 @@ def test_hostile_openings(data: bytes) -> None:
     assert Codec().decode(data) is None
 
 
+def test_nesting_in_a_field_that_nobody_reads() -> None:
+    codec = Codec()
+    data = codec.encode(Digest(sender="merlin", boot_id=0, sequence=0, stamp_ms=0, streams=()))
+    assert data[0] == 0x96
+    codec.decode(b"\x97" + data[1:] + b"\x91" * 100_000 + b"\xc0")
+    assert codec.dropped == 1
+
+
 def test_what_is_too_long_is_not_even_read() -> None:
     codec = Codec()
     message = Scan(sender="merlin", boot_id=0, sequence=0, stamp_ms=0, cells=bytes(MAX_MESSAGE_BYTES))

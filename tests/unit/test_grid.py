@@ -43,6 +43,11 @@ def test_over_covers_its_rectangle_without_a_spare_row(cell_m: float) -> None:
     assert grid.shape == (30, 8)
 
 
+def test_rounding_makes_no_spare_row() -> None:
+    assert 3 * 0.1 / 0.1 > 3
+    assert Grid.over(0.0, 0.0, 3 * 0.1, 3 * 0.1, 0.1).shape == (3, 3)
+
+
 def test_a_rectangle_smaller_than_a_cell_has_one() -> None:
     assert Grid.over(0.0, 0.0, 0.1, 0.1, 5.0).shape == (1, 1)
 
