@@ -8,6 +8,8 @@ from vehicle_agent.mission.load import MissionPlan
 from vehicle_agent.ports import ActionResult, SetParameter
 
 ATTEMPTS = 4
+CLIMB_ACCELERATION_M_S2 = 2.5
+"""Brisker than ArduCopter's default of 1: over steep ground it is the climb that sets the pace."""
 RETURN_LANE_M = 15.0
 """Vehicles that return by themselves do so at different heights."""
 
@@ -25,9 +27,12 @@ def parameters_before_arming(plan: MissionPlan, index: int) -> tuple[SetParamete
         SetParameter("SYSID_MYGCS", float(plan.controller_system_id(index))),
         SetParameter("FS_GCS_ENABLE", 1.0),
         SetParameter("FS_GCS_TIMEOUT", 5.0),
+        SetParameter("FS_OPTIONS", 0.0),  # else a held vehicle ignores its agent's death
+        SetParameter("RTL_CONE_SLOPE", 0.0),  # else vehicles returning from nearby leave their own heights
         SetParameter("WPNAV_SPEED", vehicle.speed_m_s * 100.0),
         SetParameter("WPNAV_SPEED_UP", vehicle.climb_m_s * 100.0),
         SetParameter("WPNAV_SPEED_DN", vehicle.climb_m_s * 100.0),
+        SetParameter("WPNAV_ACCEL_Z", CLIMB_ACCELERATION_M_S2 * 100.0),
         return_altitude(return_height_m(plan, index, 0.0, 0.0)),
     )
 

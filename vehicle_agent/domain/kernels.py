@@ -6,6 +6,7 @@ import numpy as np
 
 from vehicle_agent.domain.paths import assumed_surface, leg_clearances, segment_distance_m, travel_distances
 from vehicle_agent.domain.rays import sight_is_clear, visible_cells
+from vehicle_agent.domain.tours import share_out
 
 
 def warm_up() -> None:
@@ -18,6 +19,8 @@ def warm_up() -> None:
     segment_distance_m(point, point, point, point)
     assumed_surface(elevation, np.ones((4, 4), dtype=np.bool_), 1.0, 2, 1.5)
     travel_distances(np.ones((4, 4), dtype=np.bool_), 0, 0)
+    places = np.zeros((2, 2))
+    share_out(places, places, places, np.zeros(2), 1.0, 1)
 
 
 if __name__ == "__main__":

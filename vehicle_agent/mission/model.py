@@ -113,7 +113,7 @@ class FlatTerrain(_Table, frozen=True, kw_only=True, tag_field="kind", tag="flat
 
 Terrain = GridTerrain | GaussianTerrain | FlatTerrain
 
-PlannerName = Literal["claims", "fcao", "cao", "closest-frontier", "greedy"]
+PlannerName = Literal["tours", "claims", "fcao", "cao", "closest-frontier", "greedy"]
 
 
 class ExploreTask(_Table, frozen=True, kw_only=True, tag_field="kind", tag="explore"):
@@ -127,7 +127,7 @@ class ExploreTask(_Table, frozen=True, kw_only=True, tag_field="kind", tag="expl
         Longest way between two decisions (alpha in Renzaglia eq. 10).
     """
 
-    planner: PlannerName = "claims"
+    planner: PlannerName = "tours"
     step_m: Annotated[float, Meta(ge=1, le=1e6)] = 100.0
 
 

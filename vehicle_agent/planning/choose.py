@@ -12,9 +12,17 @@ from vehicle_agent.planning.cao import CaoParams
 from vehicle_agent.planning.claims import Claims
 from vehicle_agent.planning.exploration import CaoExplorer, Fcao
 from vehicle_agent.planning.interface import Planner
+from vehicle_agent.planning.tour_explorer import TourExplorer
 
 
-def make_planner(name: PlannerName, grid: Grid, range_m: float, step_m: float, rng: np.random.Generator) -> Planner:
+def make_planner(
+    name: PlannerName,
+    grid: Grid,
+    range_m: float,
+    step_m: float,
+    home_en_m: tuple[float, float],
+    rng: np.random.Generator,
+) -> Planner:
     """Build the planner of that name for one vehicle.
 
     Parameters
@@ -23,8 +31,12 @@ def make_planner(name: PlannerName, grid: Grid, range_m: float, step_m: float, r
         The vehicle's sensing distance, metres.
     step_m
         Longest way between two decisions, metres.
+    home_en_m
+        Where it returns to, east and north in ENU metres.
     """
     match name:
+        case "tours":
+            return TourExplorer(home_en_m, range_m)
         case "claims":
             return Claims(grid, range_m)
         case "fcao":
