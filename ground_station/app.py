@@ -13,7 +13,7 @@ from rich.segment import Segment
 from textual.app import App
 from textual.binding import Binding, BindingType
 from textual.color import Color
-from textual.filter import LineFilter
+from textual.filter import LineFilter, NoColor
 from textual.screen import Screen
 
 from ground_station.link import Link
@@ -106,10 +106,14 @@ class GroundStationApp(App[None]):
         self._done_at_s: float | None = None
         self._lost = 0
         self._dashboard = Dashboard(look)
+        self._own_filters: list[LineFilter] = []
         if not look.colour:
-            self.theme = "ansi-dark"
+            self._own_filters.append(NoColor())
         if not look.unicode:
-            self._filters.append(AsciiOnly())
+            self._own_filters.append(AsciiOnly())
+
+    def get_line_filters(self) -> Sequence[LineFilter]:
+        return [*super().get_line_filters(), *self._own_filters]
 
     def get_default_screen(self) -> Screen[None]:
         return self._dashboard

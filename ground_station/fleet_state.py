@@ -270,8 +270,10 @@ class _Draft:
 
     def _tick(self, now_s: float) -> None:
         self._now_s = max(self._now_s, now_s)
-        if self._newest_ms and (not self._pace or self._newest_ms > self._pace[-1][1]):
-            self._pace = windowed(self._pace, (self._now_s, self._newest_ms), PACE_WINDOW_S)
+        # Statuses only: events and repairs also tell of long ago, and a jump to now would look like haste.
+        stamp_ms = max((vehicle.status.stamp_ms for vehicle in self._vehicles.values() if vehicle.status), default=0)
+        if stamp_ms and (not self._pace or stamp_ms > self._pace[-1][1]):
+            self._pace = windowed(self._pace, (self._now_s, stamp_ms), PACE_WINDOW_S)
         pace = replace(self._state, pace_samples=self._pace).speedup or 1.0
         for vehicle in self._vehicles.values():
             condition = next_condition(vehicle, self._now_s, pace)

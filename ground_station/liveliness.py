@@ -36,8 +36,8 @@ def transition_text(vehicle: VehiclePicture, condition: Condition, now_s: float)
     if condition is Condition.LOST:
         silence_s = vehicle.age_s(now_s)
         heard = "never heard" if silence_s is None else f"last heard {age(silence_s)} ago"
-        why = "its agent is gone from the link" if vehicle.alive is False else "its agent has fallen silent"
-        return (Severity.ERROR, "lost", f"lost: {why}, {heard}; its autopilot's failsafe takes over")
+        why = "its agent is gone" if vehicle.alive is False else "its agent is silent"
+        return (Severity.ERROR, "lost", f"lost: {why}, {heard}; the autopilot's failsafe takes over")
     if vehicle.condition is Condition.LOST and condition is Condition.LIVE:
         return (Severity.NOTICE, "found", f"heard again after {age(now_s - vehicle.condition_since_s)}")
     return None

@@ -41,6 +41,8 @@ class Phase(Enum):
     WORKING = "working"
     HOLDING = "holding"
     RETURNING = "returning"
+    SILENT = "silent"
+    """Nobody is heard any more, and not all had finished."""
     DONE = "done"
 
 
@@ -228,7 +230,7 @@ class FleetState:
     started_ms, newest_ms
         Earliest and latest stamp heard, Unix milliseconds; 0 before any.
     pace_samples
-        (station time, newest stamp) pairs of the last seconds, for `speedup`.
+        (station time, newest status's stamp) pairs of the last seconds, for `speedup`.
     """
 
     plan: MissionPlan
@@ -282,17 +284,18 @@ class FleetState:
         """Where the fleet stands, judged by the vehicles that are still heard."""
         if not self.heard_any:
             return Phase.WAITING
-        if self.finished:
+        if all(vehicle.finished for vehicle in self.vehicles):
             return Phase.DONE
         gone = (Condition.LOST, Condition.LEFT, Condition.AWAITED)
         active = {v.status.stage for v in self.vehicles if v.status and not v.finished and v.condition not in gone}
+        if not active:
+            ended = self.finished and any(vehicle.finished for vehicle in self.vehicles)
+            return Phase.DONE if ended else Phase.SILENT
         if Stage.WORKING in active:
             return Phase.WORKING
-        if active and active <= {Stage.HOLDING, Stage.YIELDED}:
+        if active <= {Stage.HOLDING, Stage.YIELDED}:
             return Phase.HOLDING
-        if active & {Stage.RETURNING, Stage.LANDING, Stage.HOLDING}:
-            return Phase.RETURNING
-        return Phase.STARTING if active else Phase.DONE if any(v.finished for v in self.vehicles) else Phase.WAITING
+        return Phase.RETURNING if active & {Stage.RETURNING, Stage.LANDING, Stage.HOLDING} else Phase.STARTING
 
     @property
     def finished(self) -> bool:

@@ -42,9 +42,10 @@ def banner_line(state: FleetState, notice: str, look: Look) -> Line:
     """The most urgent of: lost vehicles, a notice from who started this, waiting, the end; else the title."""
     alarm = look.ink((0, 0, 0), palette.BAD, bold=True) if look.colour else Ink(bold=True, reverse=True)
     lost = [vehicle for vehicle in state.vehicles if vehicle.condition is Condition.LOST]
-    if lost and state.phase is not Phase.DONE:
+    if lost:
         names = ", ".join(f"{vehicle.name} {age(state.now_s - vehicle.condition_since_s)}" for vehicle in lost)
-        return line_of((f" LOST {names} ", alarm), "  its autopilot's failsafe brings it home")
+        hint = "the mission has ended" if state.phase is Phase.DONE else "each autopilot's failsafe brings it home"
+        return line_of((f" LOST {names} ", alarm), f"  {hint}")
     live = any(vehicle.condition in (Condition.LIVE, Condition.SUSPECT) for vehicle in state.vehicles)
     if notice and not live:
         return line_of((f" {clean(notice)}", look.ink(palette.WARN)))

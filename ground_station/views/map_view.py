@@ -42,10 +42,11 @@ def map_lines(state: FleetState, width: int, height: int, look: Look) -> list[Li
 def caption(state: FleetState, width: int, look: Look) -> Line:
     """What the colours mean: ends of the height ramp, and the glyphs on the map."""
     low_m, high_m = _heights(state)
-    if look.colour:
-        ramp: list[Span] = [(" ", Ink(bg=colour)) for colour in palette.cividis(8)]
+    ramp: list[Span]
+    if look.colour and look.unicode:
+        ramp = [(" ", Ink(bg=colour)) for colour in palette.cividis(8)]
     else:
-        ramp = [(ASCII_RAMP, Ink())]
+        ramp = [(character, _character_ink(code, look)) for code, character in enumerate(ASCII_RAMP, 3)]
     heights: list[Span] = [(f"{low_m:.0f}", Ink()), *ramp, (f"{high_m:.0f} m", Ink())]
     quiet = look.ink(palette.QUIET)
     goal, home = look.glyph("◇", "x"), look.glyph("⌂", "H")

@@ -79,4 +79,5 @@ def _reason(state: FleetState, vehicle: VehiclePicture, width: int, lines: int, 
         pieces = [*pieces[: lines - 1], " ".join(pieces[lines - 1 :])]
     pieces += [""] * (lines - len(pieces))
     first, *rest = pieces
-    return [line_of((numbers, quiet), first), *(line_of(" " * len(numbers) + piece) for piece in rest)]
+    ink = quiet if vehicle.condition in (Condition.LOST, Condition.LEFT) else PLAIN
+    return [line_of((numbers, quiet), (first, ink)), *(line_of((" " * len(numbers) + piece, ink)) for piece in rest)]

@@ -214,6 +214,13 @@ async def test_without_unicode_or_colour_everything_is_still_told(look: Look, si
             Voice("kestrel").status(30.0, Stage.HOLDING, position_cm=(18_000, 2_000, 3_000)),
         )  # fmt: skip
         svg = bench.app.export_screenshot()
+        styles = [style for line in bench.app.screen._compositor.render_strips() for _, style, _ in line]
+        assert look.colour or all(
+            colour is None or colour.is_default
+            for style in styles
+            if style is not None
+            for colour in (style.color, style.bgcolor)
+        )
         for pane in bench.app.screen.query(Lines):
             assert look.unicode or pane.text.replace("ö", "?").replace("ß", "?").isascii(), pane.id
         drawn = bench.text("map")

@@ -270,6 +270,13 @@ class TestLiveliness:
         assert vehicle(reduce(state, Tick(5.9 + 1.2)), "merlin").condition is Condition.SUSPECT
         assert vehicle(reduce(state, Tick(5.9 + 3.2)), "merlin").condition is Condition.LOST
 
+    def test_old_events_and_repairs_do_not_look_like_haste(self, state: FleetState) -> None:
+        voice = Voice("merlin")
+        state = fold(state, [*heard(voice.event("took off", 1.0), voice.delta([1], 2.0)), Tick(0.0)])
+        for tenth in range(40):
+            state = fold(state, [*heard(voice.status(600 + 0.1 * tenth), at_s=0.1 * tenth), Tick(0.1 * tenth)])
+        assert state.speedup == pytest.approx(1.0)
+
     def test_a_dead_token_is_a_lost_vehicle_at_once(self, state: FleetState) -> None:
         state = fold(self.living(state), [AliveChanged("merlin", False, 10.1), Tick(10.1)])
         assert vehicle(state, "merlin").condition is Condition.LOST
@@ -312,7 +319,10 @@ class TestPhases:
         state = fold(state, [*others, *heard(Voice("merlin").status()), Tick(0.0)])
         state = fold(state, [AliveChanged("merlin", False, 1.0), Tick(1.0)])
         assert not state.finished
-        assert reduce(state, Tick(12.0)).finished
+        assert state.phase is Phase.SILENT
+        state = reduce(state, Tick(12.0))
+        assert state.finished
+        assert state.phase is Phase.DONE
 
     def test_silence_before_the_first_vehicle_is_no_end(self, state: FleetState) -> None:
         assert not reduce(state, Tick(1_000.0)).finished
