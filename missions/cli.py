@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from pathlib import Path
 from typing import Any
@@ -93,10 +94,10 @@ class _SeedRange(click.ParamType[tuple[int, ...]]):
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[int, ...]:
         seeds: list[int] = []
         for part in str(value).split(","):
-            first, _, last = part.partition("-")
-            if not (first.isascii() and first.isdigit() and (not last or last.isdigit()) and len(part) <= 21):
+            match = re.fullmatch(r"(\d{1,10})(?:-(\d{1,10}))?", part, re.ASCII)
+            if match is None:
                 self.fail(f"{value!r} is not like 7, 1-20 or 1,3,5-8", param, ctx)
-            low, high = int(first), int(last or first)
+            low, high = int(match[1]), int(match[2] or match[1])
             if not low <= high < 2**32 or high - low >= MAX_SEEDS:
                 self.fail(f"{part} must rise, stay below 2**32 and hold at most {MAX_SEEDS} seeds", param, ctx)
             seeds += range(low, high + 1)

@@ -168,3 +168,43 @@ def test_report_of_a_folder_without_a_summary_is_refused(tmp_path):
 def test_report_of_a_broken_summary_is_refused(tmp_path, text):
     (tmp_path / "summary.json").write_text(text)
     assert "summary.json" in refused("report", tmp_path)
+
+
+def test_simulate_tells_and_keeps_the_outcome(mission, tmp_path):
+    out = tmp_path / "result"
+    result = call("simulate", mission, "--seed", 5, "--out", out)
+    assert result.exit_code == 0
+    assert result.stdout.startswith("meadow: ")
+    assert "seed 5" in result.stdout
+    assert json.loads((out / "summary.json").read_text())["observed_fraction"] >= 0.99
+
+
+def test_simulate_several_seeds_writes_a_line_and_a_folder_each(mission, tmp_path):
+    out = tmp_path / "result"
+    result = call("simulate", mission, "--seeds", "3,1-2,2", "--out", out, "--planner", "closest-frontier")
+    assert result.exit_code == 0
+    lines = result.stdout.splitlines()
+    assert [line.split()[1] for line in lines[1:4]] == ["3", "1", "2"]
+    assert lines[4].endswith("3 of 3 seeds good")
+    assert sorted(path.name for path in out.iterdir()) == ["seed-1", "seed-2", "seed-3"]
+
+
+@pytest.mark.parametrize("seeds", ["", "x", "5-1", "1-", "-3", "1,,2", "1-99999999", "4294967296", "²"])
+def test_impossible_seeds_are_refused(mission, seeds):
+    result = call("simulate", mission, f"--seeds={seeds}")
+    assert result.exit_code == 2
+    assert isinstance(result.exception, SystemExit)
+
+
+def test_one_seed_and_several_exclude_each_other(mission):
+    assert call("simulate", mission, "--seed", 1, "--seeds", "1-2").exit_code == 2
+
+
+def test_an_unknown_planner_is_refused(mission):
+    assert "planner" in refused("simulate", mission, "--planner", "psychic")
+
+
+def test_results_that_cannot_be_kept_are_refused(mission, tmp_path):
+    occupied = tmp_path / "occupied"
+    occupied.touch()
+    assert str(occupied) in refused("simulate", mission, "--out", occupied / "below")
