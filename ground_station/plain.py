@@ -47,7 +47,7 @@ def _vehicle_field(state: FleetState, vehicle: VehiclePicture) -> str:
     if status is None or silence_s is None:
         return f"{vehicle.name}={vehicle.condition.value}/-/-/-/-/-"
     battery = "-" if status.battery_permille < 0 else f"{status.battery_permille / 10:.0f}%"
-    share = 100 * state.team_map.first_seen_cells[vehicle.index] / max(1, int(state.plan.area_cells.sum()))
+    share = 100 * state.team_map.first_seen_share(vehicle.index)
     stage = status.stage.name.lower().replace("_", "-")
     mode = status.mode.replace(" ", "-").replace("/", "-") or "-"
     return f"{vehicle.name}={vehicle.condition.value}/{stage}/{mode}/{battery}/{share:.1f}%/{silence_s:.1f}s"

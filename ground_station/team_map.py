@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -22,6 +22,8 @@ class TeamMap:
         The merged map.
     area
         (columns, rows) bool, the cells that count.
+    area_cells
+        How many those are.
     version
         Grows by one with every change.
     observed_cells
@@ -34,6 +36,7 @@ class TeamMap:
 
     elevation: ElevationMap
     area: BoolArray
+    area_cells: int
     version: int
     observed_cells: int
     first_seen_cells: tuple[float, ...]
@@ -41,12 +44,16 @@ class TeamMap:
 
     @classmethod
     def empty(cls, grid: Grid, area: BoolArray, vehicles: int) -> TeamMap:
-        return cls(_frozen(ElevationMap(grid)), area, 0, 0, (0.0,) * vehicles, {})
+        return cls(_frozen(ElevationMap(grid)), area, int(np.count_nonzero(area)), 0, 0, (0.0,) * vehicles, {})
 
     @property
     def coverage(self) -> float:
         """Observed share of the area's cells, in [0, 1]."""
-        return self.observed_cells / max(1, int(np.count_nonzero(self.area)))
+        return self.observed_cells / max(1, self.area_cells)
+
+    def first_seen_share(self, index: int) -> float:
+        """Share of the area that one vehicle saw first, in [0, 1]."""
+        return self.first_seen_cells[index] / max(1, self.area_cells)
 
     def joined_with(self, observations: Iterable[tuple[int, CellObservations]]) -> TeamMap:
         """The next version with (team index, observations) pairs folded in; itself when they change nothing.
@@ -74,9 +81,14 @@ class TeamMap:
             observed_cells += len(after) - len(before)
         if not changed_any:
             return self
-        return TeamMap(
-            _frozen(draft), self.area, self.version + 1, observed_cells, tuple(shares.tolist()), seconds
-        )  # fmt: skip
+        return replace(
+            self,
+            elevation=_frozen(draft),
+            version=self.version + 1,
+            observed_cells=observed_cells,
+            first_seen_cells=tuple(shares.tolist()),
+            seen_per_second=seconds,
+        )
 
 
 def coverage_curve(team_map: TeamMap, started_ms: int, points: int = 240) -> tuple[tuple[float, float], ...]:
@@ -90,8 +102,7 @@ def coverage_curve(team_map: TeamMap, started_ms: int, points: int = 240) -> tup
         return ()
     seconds = np.array(sorted(team_map.seen_per_second), dtype=np.int64)
     counts = np.array([team_map.seen_per_second[second] for second in seconds.tolist()], dtype=np.int64)
-    cells = max(1, int(np.count_nonzero(team_map.area)))
-    shares = np.cumsum(counts) / cells
+    shares = np.cumsum(counts) / max(1, team_map.area_cells)
     elapsed_s = np.maximum(0.0, seconds + 1.0 - started_ms / 1_000)
     if len(seconds) > points:
         kept = np.unique(np.linspace(0, len(seconds) - 1, points).astype(np.int64))

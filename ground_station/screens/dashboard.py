@@ -14,7 +14,8 @@ from ground_station.views.event_view import event_lines
 from ground_station.views.header_view import banner_line, header_line
 from ground_station.views.ink import Line, Look, line_of
 from ground_station.views.layout import MIN_HEIGHT, MIN_WIDTH, Layout, arrange
-from ground_station.views.map_view import caption, map_lines
+from ground_station.views.map_view import caption, map_lines, map_raster
+from ground_station.views.raster import Raster
 from ground_station.views.roster_view import roster_lines
 from ground_station.widgets.lines import Lines
 
@@ -30,6 +31,7 @@ class Dashboard(Screen[None]):
         self._state: FleetState | None = None
         self._notice = ""
         self._scrolled_to: int | None = None
+        self._raster: Raster | None = None
 
     def compose(self) -> ComposeResult:
         yield Lines(id="too-small")
@@ -82,10 +84,13 @@ class Dashboard(Screen[None]):
         self._lines("header").show([header_line(state, width, look)])
         self._lines("banner").show([banner_line(state, self._notice, look)])
         self._lines("keys").show([_key_line(look, width)])
-        for name, view in (("map", map_lines), ("curve", curve_lines), ("roster", roster_lines)):
+        ground = self._lines("map")
+        self._raster = map_raster(state, ground.size.width, ground.size.height, look, self._raster)
+        ground.show(map_lines(state, self._raster, look))
+        self._lines("caption").show([caption(self._raster, ground.size.width, look)])
+        for name, view in (("curve", curve_lines), ("roster", roster_lines)):
             lines = self._lines(name)
             lines.show(view(state, lines.size.width, lines.size.height, look))
-        self._lines("caption").show([caption(state, self._lines("caption").size.width, look)])
         log = self._lines("events")
         log.show(event_lines(state, log.size.width, log.size.height, look, back))
 

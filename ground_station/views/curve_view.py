@@ -51,7 +51,7 @@ def _rate_per_min(state: FleetState) -> float | None:
         return None
     since_s = state.newest_ms / 1_000 - span_s
     recent = sum(count for second, count in state.team_map.seen_per_second.items() if second >= since_s)
-    return 100 * recent / max(1, int(state.plan.area_cells.sum())) * 60 / span_s
+    return 100 * recent / max(1, state.team_map.area_cells) * 60 / span_s
 
 
 def _resampled(curve: tuple[tuple[float, float], ...], until_s: float, columns: int) -> list[float]:

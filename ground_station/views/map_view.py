@@ -24,44 +24,46 @@ Marks = dict[tuple[int, int], Span]
 """(x, y) of a character to what stands there instead of the ground."""
 
 
-def map_lines(state: FleetState, width: int, height: int, look: Look) -> list[Line]:
-    """The whole area with everything on it, north up: exactly `height` lines of `width` columns."""
-    if width < 4 or height < 2:
-        return [((" " * width, Ink()),)] * height
-    blocks = look.unicode and look.colour
+def map_raster(state: FleetState, width: int, height: int, look: Look, former: Raster | None = None) -> Raster:
+    """The ground for a map of `width` x `height` characters; `former` again when it still holds."""
+    blocks = _in_blocks(look)
+    width, height = max(1, width), max(1, height)
     view = Viewport.around(state.plan.grid, width, 2 * height if blocks else height, 1.0 if blocks else 2.0)
-    raster = rasterise(state.team_map, view)
-    marks = _marks(state, view, look, rows_per_character=2 if blocks else 1)
-    if blocks:
-        pixels = _ground_colours(raster)
-        _draw_ways(state, view, pixels)
-        return [_block_line(pixels[2 * row], pixels[2 * row + 1], row, marks) for row in range(height)]
-    return _character_lines(state, raster, view, marks, look)
+    if former is not None and (former.version, former.view) == (state.team_map.version, view):
+        return former
+    return rasterise(state.team_map, view)
 
 
-def caption(state: FleetState, width: int, look: Look) -> Line:
-    """What the colours mean: ends of the height ramp, and the glyphs on the map."""
-    low_m, high_m = _heights(state)
+def map_lines(state: FleetState, raster: Raster, look: Look) -> list[Line]:
+    """The raster with everything on it, north up: one line per row of characters."""
+    view = raster.view
+    if not _in_blocks(look):
+        return _character_lines(state, raster, view, _marks(state, view, look, rows_per_character=1), look)
+    marks = _marks(state, view, look, rows_per_character=2)
+    pixels = _ground_colours(raster)
+    _draw_ways(state, view, pixels)
+    return [_block_line(pixels[row], pixels[row + 1], row // 2, marks) for row in range(0, view.height, 2)]
+
+
+def _in_blocks(look: Look) -> bool:
+    return look.unicode and look.colour
+
+
+def caption(raster: Raster, width: int, look: Look) -> Line:
+    """What the colours mean: lowest and highest ground seen, and the glyphs on the map."""
     ramp: list[Span]
-    if look.colour and look.unicode:
+    if _in_blocks(look):
         ramp = [(" ", Ink(bg=colour)) for colour in palette.cividis(8)]
     else:
         ramp = [(character, _character_ink(code, look)) for code, character in enumerate(ASCII_RAMP, 3)]
-    heights: list[Span] = [(f"{low_m:.0f}", Ink()), *ramp, (f"{high_m:.0f} m", Ink())]
+    heights: list[Span] = [(f"{raster.lowest_m:.0f}", Ink()), *ramp, (f"{raster.highest_m:.0f} m", Ink())]
     quiet = look.ink(palette.QUIET)
     goal, home = look.glyph("◇", "x"), look.glyph("⌂", "H")
     legend: list[Span] = [(f"  {goal} goal {home} home", quiet)]
-    frontier = (" ", Ink(bg=palette.FRONTIER)) if look.colour and look.unicode else ("~", Ink())
+    frontier = (" ", Ink(bg=palette.FRONTIER)) if _in_blocks(look) else ("~", Ink())
     if width >= 45:
         legend += [("  ", quiet), frontier, (" frontier", quiet)]
     return (*heights, *legend)
-
-
-def _heights(state: FleetState) -> tuple[float, float]:
-    seen_dm = state.team_map.elevation.elevation_dm[state.team_map.elevation.observed]
-    if len(seen_dm) == 0:
-        return (0.0, 0.0)
-    return (int(seen_dm.min()) / 10, int(seen_dm.max()) / 10)
 
 
 def _ground_colours(raster: Raster) -> Pixels:

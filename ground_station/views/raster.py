@@ -17,24 +17,32 @@ RAMP_ROUNDING_M = 50.0
 """Ends of the colour ramp are multiples of this, so that new ground seldom recolours the whole map."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Raster:
     """What a map version looks like in a view.
 
     Attributes
     ----------
+    version, view
+        Of which map, and from where.
     kind
         (width, height) uint8: OUTSIDE, UNOBSERVED, OBSERVED or FRONTIER.
     height_share
         (width, height) float64, place of the observed ground between `low_m` and `high_m`, in [0, 1]; 0 elsewhere.
     low_m, high_m
         Ends of the ramp, ENU metres.
+    lowest_m, highest_m
+        Of the observed ground; 0 before any.
     """
 
+    version: int
+    view: Viewport
     kind: npt.NDArray[np.uint8]
     height_share: FloatArray
     low_m: float
     high_m: float
+    lowest_m: float
+    highest_m: float
 
 
 def rasterise(team_map: TeamMap, view: Viewport) -> Raster:
@@ -54,19 +62,13 @@ def rasterise(team_map: TeamMap, view: Viewport) -> Raster:
     kind[area_sums > 0] = UNOBSERVED
     kind[(observed_sums > 0) & (observed_sums >= 0.5 * area_sums)] = OBSERVED
     kind[frontier_sums > 0] = FRONTIER
-    low_m, high_m = _ramp_ends(team_map)
+    seen_dm = team_map.elevation.elevation_dm[observed]
+    lowest_m, highest_m = (float(seen_dm.min()) / 10, float(seen_dm.max()) / 10) if len(seen_dm) else (0.0, 0.0)
+    low_m = math.floor(lowest_m / RAMP_ROUNDING_M) * RAMP_ROUNDING_M
+    high_m = max(math.ceil(highest_m / RAMP_ROUNDING_M) * RAMP_ROUNDING_M, low_m + RAMP_ROUNDING_M)
     mean_m = height_sums / np.maximum(observed_sums, 1.0)
     share = np.where(observed_sums > 0, np.clip((mean_m - low_m) / (high_m - low_m), 0.0, 1.0), 0.0)
-    return Raster(kind, share, low_m, high_m)
-
-
-def _ramp_ends(team_map: TeamMap) -> tuple[float, float]:
-    seen_dm = team_map.elevation.elevation_dm[team_map.elevation.observed]
-    if len(seen_dm) == 0:
-        return (0.0, RAMP_ROUNDING_M)
-    low_m = math.floor(int(seen_dm.min()) / 10 / RAMP_ROUNDING_M) * RAMP_ROUNDING_M
-    high_m = math.ceil(int(seen_dm.max()) / 10 / RAMP_ROUNDING_M) * RAMP_ROUNDING_M
-    return (low_m, max(high_m, low_m + RAMP_ROUNDING_M))
+    return Raster(team_map.version, view, kind, share, low_m, high_m, lowest_m, highest_m)
 
 
 def _summed(layer: FloatArray, team_map: TeamMap, view: Viewport) -> FloatArray:

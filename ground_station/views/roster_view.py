@@ -70,8 +70,7 @@ def _reason(state: FleetState, vehicle: VehiclePicture, width: int, lines: int, 
     if vehicle.status is None:
         text = "its agent is up, no status yet" if vehicle.alive else "not heard yet"
         return [line_of((f"     {text}", quiet)), *[()] * (lines - 1)]
-    cells = max(1, int(state.plan.area_cells.sum()))
-    share = 100 * state.team_map.first_seen_cells[vehicle.index] / cells
+    share = 100 * state.team_map.first_seen_share(vehicle.index)
     rate = f" {data_rate(vehicle.bytes_per_s):>8}" if width >= WIDE else ""
     numbers = f"{share:8.1f}%{rate} "
     pieces = wrapped(vehicle.status.why, max(8, width - len(numbers)))

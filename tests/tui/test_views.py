@@ -17,7 +17,7 @@ from ground_station.views.event_view import event_lines
 from ground_station.views.header_view import banner_line, header_line
 from ground_station.views.ink import Look, filled, fitted, line_of, text_of, width_of, wrapped
 from ground_station.views.layout import MIN_HEIGHT, MIN_WIDTH, arrange
-from ground_station.views.map_view import map_lines
+from ground_station.views.map_view import map_lines, map_raster
 from ground_station.views.palette import CIVIDIS_ANCHORS, cividis, state_mark
 from ground_station.views.raster import FRONTIER, OBSERVED, OUTSIDE, UNOBSERVED, rasterise, segment_pixels
 from ground_station.views.roster_view import roster_lines
@@ -75,6 +75,14 @@ class TestRaster:
         for (ax, ay), (bx, by) in pairwise(pixels):
             assert max(abs(ax - bx), abs(ay - by)) == 1
 
+    def test_a_raster_is_made_anew_only_for_another_map_or_view(self, state: FleetState) -> None:
+        raster = map_raster(state, 20, 10, Look())
+        later = fold(state, [Heard(Voice("osprey").status(61.0), 1.0), Tick(1.0)])
+        assert map_raster(later, 20, 10, Look(), raster) is raster
+        assert map_raster(later, 21, 10, Look(), raster) is not raster
+        grown = fold(later, [Heard(Voice("osprey", 2).delta([399]), 1.0)])
+        assert map_raster(grown, 20, 10, Look(), raster).kind[-1, 0] == FRONTIER
+
     def test_a_position_at_the_end_of_the_world_draws_nothing_and_costs_nothing(self) -> None:
         view = Viewport(0.0, 40.0, 1.0, 1.0, 30, 40)
         assert segment_pixels((0, 0), (10**9, 10**9), view) == []
@@ -84,7 +92,7 @@ class TestSizes:
     @pytest.mark.parametrize("look", LOOKS)
     @pytest.mark.parametrize(("width", "height"), [(1, 1), (16, 3), (33, 16), (64, 31), (200, 50)])
     def test_the_map_fills_exactly_its_size(self, state: FleetState, look: Look, width: int, height: int) -> None:
-        lines = map_lines(state, width, height, look)
+        lines = map_lines(state, map_raster(state, width, height, look), look)
         assert [width_of(line) for line in lines] == [width] * height
 
     @pytest.mark.parametrize("look", LOOKS)
@@ -92,7 +100,7 @@ class TestSizes:
         self, state: FleetState, look: Look
     ) -> None:
         lines = [
-            *map_lines(state, 33, 16, look),
+            *map_lines(state, map_raster(state, 33, 16, look), look),
             *roster_lines(state, 46, 13, look),
             *curve_lines(state, 33, 6, look),
             *event_lines(state, 46, 8, look),
@@ -164,7 +172,7 @@ class TestMeaning:
         statuses = [Heard(Voice(name).status(), 0.0) for name in NAMES]
         state = fold(FleetState.initial(PLAN, "station-0001", 9, 0.0), [*statuses, Tick(0.0)])
         state = fold(state, [*(Heard(Voice(name, 2).status(4.0), 4.0) for name in NAMES[1:]), Tick(4.5)])
-        drawn = "\n".join(text_of(line) for line in map_lines(state, 40, 20, Look()))
+        drawn = "\n".join(text_of(line) for line in map_lines(state, map_raster(state, 40, 20, Look()), Look()))
         assert "1✖" in drawn
 
     def test_records_to_come_are_announced(self, state: FleetState) -> None:

@@ -22,7 +22,8 @@ from ground_station.plain import PlainLog, run_plain, status_line
 from ground_station.recorder import RunRecorder
 from ground_station.station import Station
 from tests.fakes.talking_fleet import NAMES, ListLink, Voice, small_plan
-from vehicle_agent.wire.messages import Stage
+from vehicle_agent.link.session import FleetLink
+from vehicle_agent.wire.messages import Digest, Stage
 
 PLAN = small_plan()
 MISSION = """
@@ -162,6 +163,28 @@ class TestProgram:
         assert program.returncode == 0
         assert rest.startswith("status ")
         assert errors == ""
+
+    def test_it_hears_a_vehicle_over_zenoh_and_ends_when_that_is_done(
+        self, mission_file: Path, free_port_base: int
+    ) -> None:
+        link = FleetLink.open("meadow", "merlin", listen=[f"tcp/127.0.0.1:{free_port_base + 1}"])
+        link.declare_alive()
+        link.subscribe("digest")
+        program = start(mission_file, "--exit-when-done", "--zenoh-port", str(free_port_base))
+        guard = threading.Timer(60, program.kill)
+        guard.start()
+        voice = Voice("merlin")
+        asked = False
+        while program.poll() is None:
+            asked = asked or any(isinstance(message, Digest) for message in link.poll())
+            link.publish(voice.status(float(voice.sequence), stage=Stage.DONE if asked else Stage.WORKING))
+            threading.Event().wait(0.05)
+        guard.cancel()
+        link.close()
+        lines, errors = program.communicate()
+        assert (program.returncode, errors, asked) == (0, "", True)
+        assert "vehicle=merlin severity=info code=heard" in lines
+        assert "merlin=live/done/guided/87%" in lines.splitlines()[-1]
 
     def test_a_reader_that_goes_away_is_no_error(self, mission_file: Path, free_port_base: int) -> None:
         program = start(mission_file, "--interval", "0.1", "--zenoh-port", str(free_port_base))
