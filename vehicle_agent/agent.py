@@ -7,17 +7,16 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from vehicle_agent.behaviour.authority import Authority, Steering
 from vehicle_agent.behaviour.command_desk import CommandDesk
 from vehicle_agent.behaviour.energy import EnergyWatch
 from vehicle_agent.behaviour.map_exchange import MapExchange, encode_record
 from vehicle_agent.behaviour.navigator import Navigator, Surroundings
-from vehicle_agent.behaviour.preflight import (
-    Checklist,
-    parameters_before_arming,
-    return_altitude,
-    return_height_m,
-)
+from vehicle_agent.behaviour.plausible import plausible
+from vehicle_agent.behaviour.preflight import Checklist, parameters_before_arming, return_altitude
+from vehicle_agent.behaviour.return_height import ReturnHeight
 from vehicle_agent.behaviour.rhythm import Rhythm
+from vehicle_agent.behaviour.status_report import Figures, status_fields
 from vehicle_agent.behaviour.team_picture import TeamPicture
 from vehicle_agent.behaviour.units import to_centimetres
 from vehicle_agent.behaviour.voice import Voice
@@ -44,6 +43,7 @@ from vehicle_agent.ports import (
 )
 from vehicle_agent.wire.keys import TOPIC_BY_NAME
 from vehicle_agent.wire.messages import (
+    AnyMessage,
     Claim,
     Command,
     CommandResult,
@@ -59,10 +59,20 @@ from vehicle_agent.wire.messages import (
 )
 
 RETRY_S = 3.0
-YIELD_AFTER_S = 3.0
-"""A mode that nobody here ordered must last so long before the agent gives way to it."""
-RETURN_ALTITUDE_STEP_M = 10.0
+TAKE_OFF_ATTEMPTS = 3
+LEFT_GROUND_M = 1.0
+HEAR_FIRST_S = 10.0
+"""A restarted agent adds nothing to its stream before teammates could return what its journal lost of it."""
 FLYING = (Stage.WORKING, Stage.HOLDING, Stage.RETURNING)
+OWN_MODES = {
+    Stage.TAKING_OFF: frozenset({FlightMode.GUIDED}),
+    Stage.WORKING: frozenset({FlightMode.GUIDED}),
+    Stage.HOLDING: frozenset({FlightMode.GUIDED, FlightMode.HOLD}),
+    Stage.RETURNING: frozenset({FlightMode.GUIDED}),
+    Stage.LANDING: frozenset({FlightMode.LAND}),
+    Stage.YIELDED: frozenset({FlightMode.GUIDED}),
+}
+"""Flight modes to which an agent's own orders lead; any other is a pilot's or a failsafe's."""
 
 
 class VehicleAgent:
@@ -95,7 +105,14 @@ class VehicleAgent:
         self._voice = Voice(vehicle.name, boot_id)
         self._exchange = MapExchange(plan.grid, plan.vehicle_names, index, boot_id, journal_records)
         self._team = TeamPicture(vehicle.name, plan.vehicle_names, mission.safety.teammate_silence_s)
-        planner = make_planner(mission.task.planner, plan.grid, vehicle.sensor.range_m, mission.task.step_m, rng)
+        planner = make_planner(
+            mission.task.planner,
+            plan.grid,
+            vehicle.sensor.range_m,
+            mission.task.step_m,
+            (vehicle.start_enu_m[0], vehicle.start_enu_m[1]),
+            rng,
+        )
         self._navigator = Navigator(plan, index, planner)
         self._commands = CommandDesk(vehicle.name)
         self._energy = EnergyWatch(mission.stop.battery_reserve)
@@ -109,13 +126,20 @@ class VehicleAgent:
         self._map_rhythm = Rhythm(TOPIC_BY_NAME["map"].period_s or 2.0)
         self._digest_rhythm = Rhythm(TOPIC_BY_NAME["digest"].period_s or 5.0)
         self._retry_rhythm = Rhythm(RETRY_S)
-        self._return_altitude_rhythm = Rhythm(RETRY_S)
+        self._authority = Authority()
+        self._return_height = ReturnHeight(plan, index)
         self._map_version = 0
+        self._began_ms: int | None = None
         self._took_off_at_s: float | None = None
-        self._foreign_mode_since_s: float | None = None
-        self._return_height_m = return_height_m(plan, index, 0.0, 0.0)
+        self._take_offs = 0
+        self._left_ground = False
+        self._landing_begun = False
+        self._handed_back_stage = Stage.WORKING
         self._claimed: Point | None = None
-        self._last_arming_refusal = ""
+        self._flight_order: Action | None = None
+        self._flight_order_refused = False
+        self._last_refusal = ""
+        self._makes_sense = True
         self.stage = Stage.CONNECTING
         self.bytes_sent = 0
         self.messages_dropped = 0
@@ -153,8 +177,8 @@ class VehicleAgent:
             The vehicle's own time, Unix seconds; it never runs backwards.
         """
         self._out = Outbox()
-        self._now_s = max(now_s, self._now_s)
-        self._state = inbox.state or self._state
+        self._now_s = max(self._now_s, now_s)
+        self._take_state(inbox.state)
         self._voice.stamp_ms = self._state.stamp_ms if self._state else int(self._now_s * 1000)
         for result in inbox.results:
             self._hear_result(result)
@@ -173,9 +197,24 @@ class VehicleAgent:
         self._out.messages = self._voice.take()
         return self._out
 
+    def _take_state(self, told: VehicleState | None) -> None:
+        if told is None:
+            return
+        state = plausible(told)
+        if (state is not None) != self._makes_sense:
+            self._makes_sense = state is not None
+            code, text = ("position-back", "the autopilot tells its position again")
+            if state is None:
+                code, text = ("no-position", "the autopilot tells no usable position: going by the last one")
+            self._voice.event(Severity.WARNING, code, text)
+        if state is not None and self._began_ms is None:
+            self._began_ms = state.stamp_ms
+            if self._exchange.own_stream.held:
+                self._map_rhythm.wait_until(self._now_s + HEAR_FIRST_S)
+        self._state = state or self._state
+
     def _act(self, state: VehicleState) -> None:
-        if self.stage in FLYING or self.stage is Stage.YIELDED:
-            self._watch_mode(state)
+        steers = self._steering(state) is Steering.OWN
         match self.stage:
             case Stage.CONNECTING:
                 self._connect(state)
@@ -184,10 +223,10 @@ class VehicleAgent:
             case Stage.ARMING:
                 self._arm(state)
             case Stage.TAKING_OFF:
-                self._take_off(state)
-            case Stage.WORKING:
+                self._take_off(state, steers)
+            case Stage.WORKING if steers:
                 self._work(state)
-            case Stage.RETURNING:
+            case Stage.RETURNING if steers:
                 self._return(state)
             case Stage.LANDING:
                 self._land(state)
@@ -195,7 +234,9 @@ class VehicleAgent:
                 pass
         if self.stage in FLYING:
             self._energy.note(self._now_s, state.battery_fraction)
-            self._keep_return_altitude(state)
+            self._keep_limits(state)
+            if steers:
+                self._repeat_refused()
 
     def _connect(self, state: VehicleState) -> None:
         if state.rival_controller:
@@ -204,11 +245,20 @@ class VehicleAgent:
                 f"another program speaks on this vehicle with system id {own_id}: stop it, or its heartbeats hide "
                 "this agent's death from the autopilot"
             )
-        elif state.home_enu_m is not None and state.armed and state.landed is Landed.IN_AIR:
-            self._took_off_at_s = self._now_s
-            self._enter(Stage.WORKING, "resumed", "resumed in the air from the journal")
+        elif state.armed and state.landed is not Landed.ON_GROUND:
+            self._resume_in_the_air(state)
         elif state.home_enu_m is not None or state.ready_to_arm:
             self._enter(Stage.CONFIGURING, "connected", "autopilot found")
+
+    def _resume_in_the_air(self, state: VehicleState) -> None:
+        """Carry on where an earlier run of this agent flew; leave the vehicle to whoever steers it by now."""
+        if state.home_enu_m is None or state.landed is Landed.UNKNOWN:
+            return
+        self._took_off_at_s = self._now_s
+        if state.mode is FlightMode.GUIDED:
+            self._enter(Stage.WORKING, "resumed", "resumed in the air from the journal")
+        else:
+            self._yield(state)
 
     def _configure(self, state: VehicleState) -> None:
         if self._checklist.failed:
@@ -222,23 +272,43 @@ class VehicleAgent:
         if state.rival_controller:
             self.stage = Stage.CONNECTING
             self._connect(state)
+        elif state.armed and state.landed is not Landed.ON_GROUND and state.mode is not FlightMode.GUIDED:
+            self._yield(state)
+        elif state.home_enu_m is None:
+            return
         elif state.armed and state.mode is FlightMode.GUIDED:
+            self._take_offs += 1
+            self._left_ground = False
             self._enter(Stage.TAKING_OFF, "armed", "armed")
             self._retry_rhythm.at_once()
-        elif state.ready_to_arm and state.home_enu_m is not None and self._retry_rhythm.is_due(self._now_s):
+        elif state.ready_to_arm and self._retry_rhythm.is_due(self._now_s):
             self._order(Arm())
 
-    def _take_off(self, state: VehicleState) -> None:
-        assert state.home_enu_m is not None
-        height_m = self._vehicle.min_above_terrain_m * 1.1
+    def _take_off(self, state: VehicleState, steers: bool) -> None:
+        if state.home_enu_m is None:
+            return
         climbed_m = state.position_enu_m[2] - state.home_enu_m[2]
-        if climbed_m >= 0.95 * height_m:
+        self._left_ground |= climbed_m > LEFT_GROUND_M
+        if not state.armed:
+            self._disarmed_in_take_off()
+        elif climbed_m >= 0.95 * self._take_off_height_m:
             self._took_off_at_s = self._now_s
             self._enter(Stage.WORKING, "took-off", f"airborne at {climbed_m:.0f} m above home")
-        elif not state.armed:
+        elif steers and climbed_m < 0.2 * self._take_off_height_m and self._retry_rhythm.is_due(self._now_s):
+            self._order(TakeOff(self._take_off_height_m))
+
+    def _disarmed_in_take_off(self) -> None:
+        """Try again only what never began: who has stopped the motors twice, or in the air, means it."""
+        if self._left_ground:
+            self._enter(Stage.DONE, "landed", "disarmed during take-off by its autopilot or a pilot", Severity.WARNING)
+        elif self._take_offs >= TAKE_OFF_ATTEMPTS:
+            self._refuse(f"disarmed before take-off {self._take_offs} times: find out why, then start this agent anew")
+        else:
             self._enter(Stage.ARMING, "disarmed", "disarmed before take-off; arming again", Severity.WARNING)
-        elif climbed_m < 0.2 * height_m and self._retry_rhythm.is_due(self._now_s):
-            self._order(TakeOff(height_m))
+
+    @property
+    def _take_off_height_m(self) -> float:
+        return self._vehicle.min_above_terrain_m * 1.1
 
     def _work(self, state: VehicleState) -> None:
         reason = self._reason_to_return(state)
@@ -272,40 +342,63 @@ class VehicleAgent:
     def _return(self, state: VehicleState) -> None:
         home = state.home_enu_m or self._start_enu_m()
         if self._navigator.is_over_home(state, home):
-            self._enter(Stage.LANDING, "landing", "over home")
-            self._retry_rhythm.at_once()
+            self._begin_landing("over home")
             self._land(state)
         else:
             self._fly(self._navigator.go_home(self._around(state), home))
+
+    def _begin_landing(self, why: str) -> None:
+        self._landing_begun = False
+        self._navigator.forget(why)
+        self._enter(Stage.LANDING, "landing", why)
+        self._retry_rhythm.at_once()
 
     def _land(self, state: VehicleState) -> None:
         if not state.armed:
             self._navigator.forget("on the ground, disarmed")
             self._enter(Stage.DONE, "landed", "landed and disarmed")
-        elif state.mode is not FlightMode.LAND and self._retry_rhythm.is_due(self._now_s):
+        elif state.mode is FlightMode.LAND:
+            self._landing_begun = True
+        elif not self._landing_begun and self._retry_rhythm.is_due(self._now_s):
             self._order(Land())
 
-    def _watch_mode(self, state: VehicleState) -> None:
+    def _steering(self, state: VehicleState) -> Steering:
         """Give way to a pilot or a failsafe; take up the work again when the vehicle is handed back."""
+        own_modes = OWN_MODES.get(self.stage)
+        if own_modes is None or (self.stage is Stage.LANDING and not self._landing_begun):
+            return Steering.OWN
         if not state.armed:
-            self._navigator.forget("disarmed")
-            self._release_claim()
-            self._enter(Stage.DONE, "landed", "landed and disarmed by its autopilot", Severity.NOTICE)
-            return
-        own = state.mode is FlightMode.GUIDED or (self.stage is Stage.HOLDING and state.mode is FlightMode.HOLD)
-        if own:
-            self._foreign_mode_since_s = None
-            if self.stage is Stage.YIELDED:
-                self._enter(Stage.WORKING, "handed-back", "guided again: back to work")
-        elif self.stage is not Stage.YIELDED:
-            if self._foreign_mode_since_s is None:
-                self._foreign_mode_since_s = self._now_s
-            elif self._now_s - self._foreign_mode_since_s > YIELD_AFTER_S:
-                self._navigator.forget(f"mode {state.mode.value}, not ordered by this agent")
+            if self.stage in FLYING or self.stage is Stage.YIELDED:
+                self._navigator.forget("disarmed")
                 self._release_claim()
-                self._enter(Stage.YIELDED, "yielded", self._navigator.why, Severity.WARNING)
+                self._enter(Stage.DONE, "landed", "landed and disarmed by its autopilot", Severity.NOTICE)
+            return Steering.OWN
+        steering = self._authority.judge(self._now_s, state.mode, own_modes)
+        if self.stage is Stage.YIELDED:
+            if steering is Steering.OWN:
+                self._take_back(state)
+        elif steering is Steering.FOREIGN:
+            self._yield(state)
+        return steering
 
-    def _hear(self, message: object) -> None:
+    def _yield(self, state: VehicleState) -> None:
+        going_home = self.stage in (Stage.RETURNING, Stage.LANDING)
+        self._handed_back_stage = Stage.RETURNING if going_home else Stage.WORKING
+        self._navigator.forget(f"mode {state.mode.value}, not ordered by this agent")
+        self._release_claim()
+        self._enter(Stage.YIELDED, "yielded", self._navigator.why, Severity.WARNING)
+
+    def _take_back(self, state: VehicleState) -> None:
+        if state.landed is Landed.ON_GROUND:
+            self._enter(Stage.ARMING, "handed-back", "guided again, on the ground")
+        elif self._handed_back_stage is Stage.RETURNING:
+            self._enter(Stage.RETURNING, "handed-back", "guided again: on the way home")
+        else:
+            self._enter(Stage.WORKING, "handed-back", "guided again: back to work")
+
+    def _hear(self, message: AnyMessage) -> None:
+        if message.sender == self.name:  # an echo, or somebody who took this name
+            return
         match message:
             case Status():
                 if self._team.hear_status(message, self._now_s):
@@ -324,8 +417,7 @@ class VehicleAgent:
                 pass
 
     def _receive(self, records: Iterable[DeltaRecord]) -> None:
-        self._exchange.receive(records)
-        self._map_version += 1
+        self._map_version += self._exchange.receive(records)
 
     def _repair(self, digest: Digest) -> None:
         names = self._plan.vehicle_names
@@ -333,13 +425,13 @@ class VehicleAgent:
         first_in_line = min((n for n in living if n != digest.sender), key=names.index) == self._vehicle.name
         responsible = {self._vehicle.name}
         if first_in_line:
-            responsible |= set(names) - living
+            responsible |= (set(names) - living) | {digest.sender}
         records = self._exchange.repair_for(digest, frozenset(responsible), self._now_s)
         if records:
             self._voice.say(Repair, records=records)
 
     def _obey(self, command: Command) -> None:
-        answer = self._commands.judge(command, self.stage)
+        answer = self._commands.judge(command, self.stage, self._began_ms or 0)
         if answer is None:
             return
         outcome, reason = answer
@@ -356,21 +448,22 @@ class VehicleAgent:
             return
         match command.verb:
             case Verb.HOLD:
+                self._authority.expect_change()
                 self._release_claim()
                 self._navigator.forget("held by the operator")
                 self._enter(Stage.HOLDING, "holding", "held by the operator")
                 self._order(Hold())
             case Verb.RESUME:
-                self._foreign_mode_since_s = None
+                self._authority.expect_change()
                 self._enter(Stage.WORKING, "resumed", "resumed by the operator")
                 self._fly(self._navigator.stay(self._around(self._state), "resumed"))
             case Verb.RETURN:
+                self._authority.expect_change()
                 self._go_home(self._state, "called home by the operator")
             case Verb.LAND:
                 self._release_claim()
-                self._navigator.forget("landing here, ordered by the operator")
-                self._enter(Stage.LANDING, "landing", "landing here, ordered by the operator")
-                self._order(Land())
+                self._begin_landing("landing here, ordered by the operator")
+                self._land(self._state)
 
     def _around(self, state: VehicleState) -> Surroundings:
         return Surroundings(
@@ -403,15 +496,19 @@ class VehicleAgent:
             self._voice.say(Claim, active=False, goal_cm=to_centimetres(self._claimed), cost_m=0)
             self._claimed = None
 
-    def _keep_return_altitude(self, state: VehicleState) -> None:
-        """Keep the failsafe's way home above all ground that is known by now."""
-        if state.home_enu_m is None or not self._return_altitude_rhythm.is_due(self._now_s):
-            return
-        highest_dm = np.max(self.map.elevation_dm, where=self.map.observed, initial=-(10**6))
-        wanted_m = return_height_m(self._plan, self._index, float(highest_dm) * 0.1, state.home_enu_m[2])
-        if wanted_m > self._return_height_m:
-            self._return_height_m = wanted_m + RETURN_ALTITUDE_STEP_M
-            self._order(return_altitude(self._return_height_m))
+    def _keep_limits(self, state: VehicleState) -> None:
+        """Keep the failsafe's way home above all known ground; in a resumed flight, set what was to be set before."""
+        if (order := self._checklist.next_order()) is not None:
+            self._checklist.submitted(self._order(order))
+        if state.home_enu_m is not None:
+            height_m = self._return_height.due_m(self._now_s, self.map, state.home_enu_m[2])
+            if height_m is not None:
+                self._return_height.asked(self._order(return_altitude(height_m)), height_m)
+
+    def _repeat_refused(self) -> None:
+        """Give the last flight order again when the autopilot did not take it: else it would be waited for in vain."""
+        if self._flight_order_refused and self._flight_order and self._retry_rhythm.is_due(self._now_s):
+            self._order(self._flight_order.order)
 
     def _report(self) -> None:
         if self._map_rhythm.is_due(self._now_s) and (record := self._exchange.next_record()) is not None:
@@ -423,44 +520,40 @@ class VehicleAgent:
             self._say_status(self._state)
 
     def _say_status(self, state: VehicleState) -> None:
-        navigator = self._navigator
-        home = state.home_enu_m or self._start_enu_m()
-        leg_end = navigator.leg.end_enu_m if navigator.leg else state.position_enu_m
-        if self.stage in (Stage.TAKING_OFF, Stage.LANDING):
-            height_m = self._vehicle.min_above_terrain_m * 1.1
-            leg_end = home if self.stage is Stage.LANDING else (home[0], home[1], home[2] + height_m)
-        why = navigator.why if self.stage in FLYING or self.stage is Stage.YIELDED else self.stage.name.lower()
-        self._voice.say(
-            Status,
-            stage=self.stage,
-            mode=state.mode.value,
-            armed=state.armed,
-            position_cm=to_centimetres(state.position_enu_m),
-            velocity_cm_s=to_centimetres(state.velocity_enu_m_s),
-            heading_deg=round(state.heading_deg) % 360,
-            battery_permille=-1 if state.battery_fraction is None else round(1000 * min(state.battery_fraction, 1.0)),
-            leg_end_cm=to_centimetres(leg_end),
-            home_cm=to_centimetres(home),
-            known_permille=int(1000 * self.known_fraction),
-            first_seen_cells=round(self.first_seen_cells),
-            bytes_sent=self.bytes_sent,
-            messages_dropped=self.messages_dropped + self._exchange.refused,
-            why=why[:160],
-            path_cm=tuple(to_centimetres(p) for p in navigator.waypoint.route_enu_m) if navigator.waypoint else (),
-            return_up_cm=to_centimetres((0.0, 0.0, home[2] + self._return_height_m))[2],
+        figures = Figures(
+            self.known_fraction,
+            self.first_seen_cells,
+            self.bytes_sent,
+            self.messages_dropped + self._exchange.refused,
         )
+        home = state.home_enu_m or self._start_enu_m()
+        fields = status_fields(
+            self.stage, state, self._navigator, home, self._take_off_height_m, self._return_height.height_m, figures
+        )
+        self._voice.say(Status, **fields)
 
     def _hear_result(self, result: ActionResult) -> None:
         self._checklist.hear(result)
-        if self.stage is Stage.ARMING and not result.accepted and result.text != self._last_arming_refusal:
-            self._last_arming_refusal = result.text
+        self._return_height.hear(result)
+        is_flight_order = self._flight_order is not None and result.action_id == self._flight_order.action_id
+        if is_flight_order:
+            self._flight_order_refused = not result.accepted
+        if result.accepted or result.text == self._last_refusal:
+            return
+        if self.stage is Stage.ARMING:
+            self._last_refusal = result.text
             self._voice.event(Severity.NOTICE, "arming-refused", result.text)
+        elif is_flight_order or self.stage is Stage.TAKING_OFF:
+            self._last_refusal = result.text
+            self._voice.event(Severity.WARNING, "order-refused", result.text or "the autopilot did not take an order")
 
     def _order(self, order: Order) -> int:
-        action_id = self._next_action_id
+        action = Action(self._next_action_id, order)
         self._next_action_id += 1
-        self._out.actions.append(Action(action_id, order))
-        return action_id
+        self._out.actions.append(action)
+        if isinstance(order, GoTo | Hold):
+            self._flight_order, self._flight_order_refused = action, False
+        return action.action_id
 
     def _enter(self, stage: Stage, code: str, text: str, severity: Severity = Severity.INFO) -> None:
         self.stage = stage

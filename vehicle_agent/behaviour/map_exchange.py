@@ -1,8 +1,8 @@
 """How a team's maps become one: journalled deltas, digests of what one holds, repairs of what another lacks.
 
 A vehicle's own observations form a stream of numbered records. Whoever hears a digest that lacks records sends them:
-the stream's origin, or, when the origin is silent, the first living vehicle that holds more. Records may come twice,
-late, in any order and from anybody: each is folded into the map once.
+the stream's origin, or, when the origin is silent or lacks them itself, the first living vehicle that holds more.
+Records may come twice, late, in any order and from anybody: each is folded into the map once.
 """
 
 from __future__ import annotations
@@ -19,6 +19,10 @@ from vehicle_agent.wire.cells import pack_cells, unpack_cells
 from vehicle_agent.wire.messages import MAX_RECORDS, DeltaRecord, Digest, StreamHeld
 
 StreamId = tuple[str, int]
+MAX_RECORD_BYTES = 8_000
+"""A record larger than this would stand in the way of others on a thin link; more cells wait for the next one."""
+MAX_STREAMS = 256
+"""Streams followed and told in a digest; a team of honest vehicles makes one per start of an agent."""
 MAX_REPAIR_BYTES = 24_000
 REPEAT_AFTER_S = 3.0
 """A record sent once is not sent again so soon: a repair reaches everybody."""
@@ -38,6 +42,10 @@ class Stream:
 
     records: dict[int, DeltaRecord] = field(default_factory=dict)
     held: int = 0
+
+    @property
+    def has_gaps(self) -> bool:
+        return self.held < len(self.records)
 
     def add(self, record: DeltaRecord) -> bool:
         """Keep a record; False when it is there already."""
@@ -74,14 +82,20 @@ class MapExchange:
         for record in _own_records(journal_records, team[own_index]):
             self._stream_id = record.stream_id
             self._take(record)
+        if self.own_stream.has_gaps:  # its next number may be one that others know already
+            self._stream_id = boot_id
 
     @property
     def own_stream(self) -> Stream:
         return self._streams.setdefault((self._team[self._own_index], self._stream_id), Stream())
 
     def observe(self, cells: CellObservations) -> int:
-        """Fold one scan of the own sensor in; return how many cells it changed."""
-        changed = self.team_map.observe(self._own_index, cells)
+        """Fold one scan of the own sensor in; return how many cells it changed. An impossible scan is counted."""
+        try:
+            changed = self.team_map.observe(self._own_index, cells)
+        except ValueError:
+            self.refused += 1
+            return 0
         if len(changed):
             self._pending.append(changed)
         return len(changed)
@@ -89,20 +103,25 @@ class MapExchange:
     def next_record(self) -> DeltaRecord | None:
         """What was observed since the last call as the stream's next record; None when nothing was.
 
-        The caller journals it before anybody else hears of it.
+        A record stays below `MAX_RECORD_BYTES`: what does not fit is left for the next call. The caller journals it
+        before anybody else hears of it.
         """
         if not self._pending:
             return None
         cells = _earliest(self._pending)
         self._pending.clear()
-        record = DeltaRecord(self._team[self._own_index], self._stream_id, self.own_stream.held, pack_cells(cells))
+        blob = pack_cells(cells)
+        while len(blob) > MAX_RECORD_BYTES:
+            cells, rest = _split(cells, max(1, int(0.9 * len(cells) * MAX_RECORD_BYTES / len(blob))))
+            self._pending.append(rest)
+            blob = pack_cells(cells)
+        record = DeltaRecord(self._team[self._own_index], self._stream_id, self.own_stream.held, blob)
         self.own_stream.add(record)
         return record
 
-    def receive(self, records: Iterable[DeltaRecord]) -> None:
-        """Fold in records from anybody."""
-        for record in records:
-            self._take(record)
+    def receive(self, records: Iterable[DeltaRecord]) -> int:
+        """Fold in records from anybody; return how many were new."""
+        return sum(self._take(record) for record in records)
 
     def digest(self) -> tuple[StreamHeld, ...]:
         return tuple(StreamHeld(origin, stream_id, s.held) for (origin, stream_id), s in sorted(self._streams.items()))
@@ -113,33 +132,37 @@ class MapExchange:
         Parameters
         ----------
         responsible_for
-            Origins whose gaps this vehicle mends: itself, and silent teammates where it is the first in line.
+            Origins whose gaps this vehicle mends: itself, and, where it is the first in line, silent teammates and the
+            digest's sender, who may have lost what it had told.
         """
         theirs = {(held.origin, held.stream_id): held.held for held in digest.streams}
         records: list[DeltaRecord] = []
         size = 0
         for stream_id, stream in sorted(self._streams.items()):
-            if stream_id[0] not in responsible_for or stream_id[0] == digest.sender:
+            if stream_id[0] not in responsible_for:
                 continue
             for sequence in range(theirs.get(stream_id, 0), stream.held):
+                if now_s - self._sent_at_s.get((stream_id, sequence), -np.inf) < REPEAT_AFTER_S:
+                    continue
                 record = stream.records[sequence]
                 size += len(record.cells) + 16
-                if size > MAX_REPAIR_BYTES or len(records) >= MAX_RECORDS:
+                if records and (size > MAX_REPAIR_BYTES or len(records) >= MAX_RECORDS):
                     return tuple(records)
-                if now_s - self._sent_at_s.get((stream_id, sequence), -np.inf) < REPEAT_AFTER_S:
-                    size -= len(record.cells) + 16
-                    continue
                 self._sent_at_s[stream_id, sequence] = now_s
                 records.append(record)
         return tuple(records)
 
-    def _take(self, record: DeltaRecord) -> None:
+    def _take(self, record: DeltaRecord) -> bool:
+        stream_id = (record.origin, record.stream_id)
         cells = unpack_cells(record.cells, self.team_map.grid.cells)
-        if cells is None or record.origin not in self._team:
+        too_many = stream_id not in self._streams and len(self._streams) >= MAX_STREAMS
+        if cells is None or record.origin not in self._team or too_many:
             self.refused += 1
-            return
-        if self._streams.setdefault((record.origin, record.stream_id), Stream()).add(record):
-            self.team_map.observe(self._team.index(record.origin), cells)
+            return False
+        if not self._streams.setdefault(stream_id, Stream()).add(record):
+            return False
+        self.team_map.observe(self._team.index(record.origin), cells)
+        return True
 
 
 def _own_records(journal_records: Iterable[bytes], own_name: str) -> Iterator[DeltaRecord]:
@@ -165,3 +188,12 @@ def _earliest(batches: list[CellObservations]) -> CellObservations:
     order = np.lexsort((elevations, stamps, indices))
     first = order[np.unique(indices[order], return_index=True)[1]]
     return CellObservations(indices[first], elevations[first], stamps[first])
+
+
+def _split(cells: CellObservations, count: int) -> tuple[CellObservations, CellObservations]:
+    """The first `count` observations and the rest."""
+    indices, elevations, stamps = cells.cell_indices, cells.elevations_dm, cells.stamps_ms
+    return (
+        CellObservations(indices[:count], elevations[:count], stamps[:count]),
+        CellObservations(indices[count:], elevations[count:], stamps[count:]),
+    )

@@ -32,6 +32,10 @@ STEEPEST_SLOPE = 1.5
 CHECK_PERIOD_S = 1.0
 WAIT_S = 1.0
 OVER_HOME_M = 3.0
+LAST_CELLS = 3.0
+"""So near to home, in cells, a vehicle may leave the ground where it may fly by map."""
+SAME_PLACE_M = 0.5
+"""A leg that ends so near to the last one needs no new order."""
 TOO_LOW = 0.6
 """Share of the least height above ground below which a leg is broken off."""
 
@@ -120,22 +124,35 @@ class Navigator:
         """Next target on the way home, or None to carry on."""
         if not self._may_decide(around):
             return self._make_room(around)
-        end = next_leg(around.state.position_enu_m, home_enu_m[:2], self._constraints(around))
-        away_m = way_length_m(around.state.position_enu_m, home_enu_m[:2])
+        here, constraints = around.state.position_enu_m, self._constraints(around)
+        away_m = way_length_m(here, home_enu_m[:2])
+        end = self._last_leg(here, home_enu_m, constraints) or next_leg(here, home_enu_m[:2], constraints)
         if end is None:
             return self._wait(around, f"home {away_m:.0f} m: the way is taken")
         return self._commit(around, end, f"home {away_m:.0f} m", None)
+
+    def _last_leg(self, here: Point, home_enu_m: Point, constraints: Constraints) -> Point | None:
+        """Level to a nearby home on ground where the map lets nobody fly: it came up there, so it may go back."""
+        near = way_length_m(here, home_enu_m[:2]) <= LAST_CELLS * self._plan.grid.cell_m
+        if not (near and math.isnan(constraints.ground_m(*home_enu_m[:2]))):
+            return None
+        over_home = (home_enu_m[0], home_enu_m[1], here[2])
+        too_low = constraints.clearance_m(over_home, here) < TOO_LOW * self._min_above_m
+        return None if too_low or constraints.conflict(here, over_home) else over_home
 
     def is_over_home(self, state: VehicleState, home_enu_m: Point) -> bool:
         return way_length_m(state.position_enu_m, home_enu_m[:2]) <= OVER_HOME_M and braking_distance_m(state) < 1.0
 
     def stay(self, around: Surroundings, why: str) -> Point:
-        """Give up the present leg and come to rest."""
+        """Give up the present leg and come to rest, no further than where it ends."""
+        rest = stopping_point(around.state)
+        if self.leg is not None and is_ending(self.leg, around.state):
+            rest = self.leg.end_enu_m
         self._braking = True
         self.waypoint = None
         self.why = why
-        self.leg = Leg(stopping_point(around.state), why)
-        return self.leg.end_enu_m
+        self.leg = Leg(rest, why)
+        return rest
 
     def forget(self, why: str) -> None:
         """Nothing is flown any more: somebody else steers, or the vehicle is down."""
@@ -150,13 +167,16 @@ class Navigator:
         return not self._braking and is_ending(self.leg, around.state)
 
     def _commit(self, around: Surroundings, end: Point, why: str, waypoint: Waypoint | None) -> Point | None:
+        if self.leg is None and turns_sharply(around.state, end):
+            return self.stay(around, why)
         ending = self.leg is not None and not is_flown(self.leg, around.state)
         if ending and turns_sharply(around.state, end):
             self._braking = True
             return None
+        there_already = self.leg is not None and math.dist(self.leg.end_enu_m, end) < SAME_PLACE_M
         self._braking = False
         self.leg, self.waypoint, self.why = Leg(end, why), waypoint, why
-        return end
+        return None if there_already else end
 
     def _wait(self, around: Surroundings, why: str) -> Point | None:
         self._not_before_s = around.now_s + WAIT_S
@@ -166,15 +186,15 @@ class Navigator:
         return None
 
     def _make_room(self, around: Surroundings) -> Point | None:
-        """Stop on a leg that has become unsafe: new terrain in it, or a teammate with the older right."""
+        """Stop on a leg that has become unsafe: new ground in it, a teammate with the older right, or one who rests."""
         if self.leg is None or self._braking or around.now_s < self._next_check_s:
             return None
         self._next_check_s = around.now_s + CHECK_PERIOD_S
         constraints = self._constraints(around)
         here, end = around.state.position_enu_m, self.leg.end_enu_m
-        rival = constraints.conflict(here, end)
-        if rival is not None and rival.owner_index < self._index:
-            return self.stay(around, "making room for a teammate")
+        for rival in constraints.conflicts(here, end):
+            if rival.owner_index < self._index or constraints.blocks(here, end, rival.end_enu_m):
+                return self.stay(around, "making room for a teammate")
         if not constraints.clearance_m(here, end) >= TOO_LOW * self._min_above_m:
             return self.stay(around, "rising ground ahead")
         return None

@@ -28,3 +28,7 @@ class Rhythm:
     def at_once(self) -> None:
         """Make it due now."""
         self._due_s = -math.inf
+
+    def wait_until(self, time_s: float) -> None:
+        """Make it due no earlier."""
+        self._due_s = max(self._due_s, time_s)

@@ -9,6 +9,7 @@ from vehicle_agent.behaviour.units import to_metres
 from vehicle_agent.domain.frames import Point
 from vehicle_agent.planning.constraints import Reservation
 from vehicle_agent.planning.interface import Teammate
+from vehicle_agent.ports import FlightMode
 from vehicle_agent.wire.messages import Claim, Stage, Status
 
 HAZARD_S = 600.0
@@ -92,14 +93,14 @@ class TeamPicture:
         return tuple(working)
 
     def reservations(self, now_s: float) -> tuple[Reservation, ...]:
-        """Legs to keep clear of: those told by the living, and the presumable way home of the silent."""
+        """Legs to keep clear of: those told by the living, and the way home of the silent and of who returns unled."""
         legs: list[Reservation] = []
         for name, known in self._heard.items():
             status = known.status
             here, leg_end = to_metres(status.position_cm), to_metres(status.leg_end_cm)
             if not known.lost:
                 legs.append(Reservation(here, leg_end, self._team.index(name)))
-            elif status.armed:
+            if status.armed and (known.lost or status.mode == FlightMode.RETURN.value):
                 way = _way_home(here, leg_end, to_metres(status.home_cm), status.return_up_cm * 0.01)
                 if now_s - known.heard_at_s < min(HAZARD_S, FAILSAFE_S + _slowest_s(way)):
                     legs.extend(way)

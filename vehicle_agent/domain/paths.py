@@ -12,20 +12,84 @@ from vehicle_agent.domain.compiled import compiled
 from vehicle_agent.domain.frames import FloatArray, Point
 from vehicle_agent.domain.polygon import BoolArray
 
+_ON_LINE = 1e-6
+"""A point this near to a line through cell centres, in cells, lies on it."""
+_FAR = 1e8
+"""Cells from the grid beyond which no leg is looked at."""
+
 
 @compiled
-def _highest_around(elevation: FloatArray, u: float, v: float) -> float:
-    """Highest of the four cells around a point (NaN when one is unknown): no lower than the surface there."""
+def _square_around(elevation: FloatArray, u: float, v: float) -> tuple[int, int, int, int]:
+    """Columns left and right of a point and rows below and above it, equal where it lies on one; left is -1 for none.
+
+    There is none beyond the outermost cell centres and where one of the four cells is unknown.
+    """
     columns, rows = elevation.shape
-    left = min(max(math.floor(u), 0), columns - 1)
-    low = min(max(math.floor(v), 0), rows - 1)
-    right, high = min(max(math.ceil(u), 0), columns - 1), min(max(math.ceil(v), 0), rows - 1)
-    highest = float(elevation[left, low])
-    for value in (elevation[right, low], elevation[left, high], elevation[right, high]):
-        if math.isnan(value) or math.isnan(highest):
+    left, right = math.floor(u + _ON_LINE), math.ceil(u - _ON_LINE)
+    low, high = math.floor(v + _ON_LINE), math.ceil(v - _ON_LINE)
+    if left < 0 or low < 0 or right >= columns or high >= rows:
+        return -1, -1, -1, -1
+    if math.isnan(elevation[left, low] + elevation[right, low] + elevation[left, high] + elevation[right, high]):
+        return -1, -1, -1, -1
+    return left, right, low, high
+
+
+@compiled
+def _height_in(elevation: FloatArray, square: tuple[int, int, int, int], u: float, v: float) -> float:
+    """Bilinear height of a point in a square between cell centres."""
+    left, right, low, high = square
+    s, t = (u - left if right > left else 0.0), (v - low if high > low else 0.0)
+    bottom = (1.0 - s) * elevation[left, low] + s * elevation[right, low]
+    top = (1.0 - s) * elevation[left, high] + s * elevation[right, high]
+    return float((1.0 - t) * bottom + t * top)
+
+
+@compiled
+def _lowest_of_parabola(first: float, middle: float, last: float) -> float:
+    """Minimum on [0, 1] of the parabola with those values at 0, 1/2 and 1."""
+    lowest = min(first, middle, last)
+    bend = 2.0 * first - 4.0 * middle + 2.0 * last
+    if bend > 0.0:
+        where = (3.0 * first - 4.0 * middle + last) / (2.0 * bend)
+        if 0.0 < where < 1.0:
+            lowest = min(lowest, first - bend * where * where)
+    return lowest
+
+
+@compiled
+def _leg_clearance(elevation: FloatArray, u0: float, v0: float, z0: float, u1: float, v1: float, z1: float) -> float:
+    """Clearance of one leg, in cells and metres: from one line through cell centres to the next, square by square."""
+    du, dv, dz = u1 - u0, v1 - v0, z1 - z0
+    step_u, step_v = (1.0 if du > 0.0 else -1.0), (1.0 if dv > 0.0 else -1.0)
+    line_u = math.floor(u0) + 1.0 if du > 0.0 else math.ceil(u0) - 1.0
+    line_v = math.floor(v0) + 1.0 if dv > 0.0 else math.ceil(v0) - 1.0
+    next_u = (line_u - u0) / du if du != 0.0 else math.inf
+    next_v = (line_v - v0) / dv if dv != 0.0 else math.inf
+    clearance = math.inf
+    known = False
+    before = 0.0
+    while before < 1.0:
+        after = min(next_u, next_v, 1.0)
+        middle = 0.5 * (before + after)
+        square = _square_around(elevation, u0 + middle * du, v0 + middle * dv)
+        if square[0] >= 0:
+            known = True
+            lowest = _lowest_of_parabola(
+                z0 + before * dz - _height_in(elevation, square, u0 + before * du, v0 + before * dv),
+                z0 + middle * dz - _height_in(elevation, square, u0 + middle * du, v0 + middle * dv),
+                z0 + after * dz - _height_in(elevation, square, u0 + after * du, v0 + after * dv),
+            )
+            clearance = min(clearance, lowest)
+        elif known:
             return math.nan
-        highest = max(highest, value)
-    return highest
+        if next_u <= after:
+            line_u += step_u
+            next_u = (line_u - u0) / du
+        if next_v <= after:
+            line_v += step_v
+            next_v = (line_v - v0) / dv
+        before = after
+    return clearance if known else math.nan
 
 
 @compiled
@@ -33,6 +97,8 @@ def leg_clearances(
     elevation: FloatArray, west: float, south: float, cell: float, start: FloatArray, ends: FloatArray
 ) -> FloatArray:
     """Smallest height above the surface along each straight leg from `start` to each of `ends`.
+
+    The surface is bilinear between cell centres; along a leg it is a parabola in each square between four of them.
 
     Parameters
     ----------
@@ -42,22 +108,18 @@ def leg_clearances(
 
     Returns
     -------
-    (N,) float64 metres; NaN for a leg that crosses an unknown or forbidden cell.
+    (N,) float64 metres; NaN for a leg that crosses or ends on unknown or forbidden ground. A leg that begins there
+    may leave it: only what follows counts.
     """
     clearances = np.empty(len(ends))
     u0, v0 = (start[0] - west) / cell - 0.5, (start[1] - south) / cell - 0.5
     for index in range(len(ends)):
         u1, v1 = (ends[index, 0] - west) / cell - 0.5, (ends[index, 1] - south) / cell - 0.5
-        samples = math.ceil(2.0 * math.hypot(u1 - u0, v1 - v0)) + 1
-        clearance = math.inf
-        for sample in range(samples + 1):
-            part = sample / samples
-            ground = _highest_around(elevation, u0 + part * (u1 - u0), v0 + part * (v1 - v0))
-            if math.isnan(ground):
-                clearance = math.nan
-                break
-            clearance = min(clearance, start[2] + part * (ends[index, 2] - start[2]) - ground)
-        clearances[index] = clearance
+        height = start[2] + ends[index, 2]
+        if abs(u0) < _FAR and abs(v0) < _FAR and abs(u1) < _FAR and abs(v1) < _FAR and math.isfinite(height):
+            clearances[index] = _leg_clearance(elevation, u0, v0, start[2], u1, v1, ends[index, 2])
+        else:
+            clearances[index] = math.nan
     return clearances
 
 

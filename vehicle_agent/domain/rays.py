@@ -22,6 +22,10 @@ def _height_on_line(elevation: FloatArray, line: int, across: float, along_colum
     low = min(max(math.floor(across), 0), size - 1)
     high = min(low + 1, size - 1)
     part = min(max(across - low, 0.0), 1.0)
+    if part < 1e-9:  # on a cell's centre its neighbour does not matter, known or not
+        high = low
+    elif part > 1.0 - 1e-9:
+        low = high
     if along_columns:
         return float((1.0 - part) * elevation[line, low] + part * elevation[line, high])
     return float((1.0 - part) * elevation[low, line] + part * elevation[high, line])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from vehicle_agent.domain.frames import FloatArray, Point
@@ -24,8 +26,10 @@ def visible_surface(grid: Grid, elevation_m: FloatArray, position_enu_m: Point, 
 
     Returns
     -------
-    (N,) int64 flat cell indices, increasing.
+    (N,) int64 flat cell indices, increasing; none from a position that is not finite.
     """
+    if not all(math.isfinite(coordinate) for coordinate in position_enu_m):
+        return np.empty(0, dtype=np.int64)
     east_m, north_m, up_m = position_enu_m
     return visible_cells(
         np.ascontiguousarray(elevation_m),

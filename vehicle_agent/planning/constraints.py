@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -13,7 +14,8 @@ from vehicle_agent.domain.grid import Grid
 from vehicle_agent.domain.paths import as_array, leg_clearances, segment_distance_m
 from vehicle_agent.domain.polygon import BoolArray
 
-_HEIGHT_CHOICES = 9
+_HEIGHT_SHARES = np.linspace(0.0, 1.0, 17) ** 2
+"""Heights tried, as shares of the height band: closer together near the ground, where vehicles fly."""
 _SHORTENINGS = (1.0, 0.5, 0.25)
 
 
@@ -121,7 +123,7 @@ class Constraints:
         ground_m = self.ground_m(east_m, north_m)
         if math.isnan(ground_m):
             return None
-        heights = ground_m + np.linspace(self.min_above_m, self.max_above_m, _HEIGHT_CHOICES)
+        heights = ground_m + self.min_above_m + _HEIGHT_SHARES * (self.max_above_m - self.min_above_m)
         return np.column_stack((np.full(len(heights), east_m), np.full(len(heights), north_m), heights))
 
     def _clearances(self, start: npt.NDArray[np.float64], ends: FloatArray) -> FloatArray:
@@ -132,18 +134,32 @@ class Constraints:
         return clearances
 
     def clearance_m(self, start_enu_m: Point, end_enu_m: Point) -> float:
-        """Smallest height above the surface along a leg; NaN where it leaves what is known and allowed."""
+        """Smallest height above the surface along a leg; NaN where it enters what is unknown or forbidden."""
         return float(self._clearances(as_array(start_enu_m), as_array(end_enu_m)[None, :])[0])
 
     def conflict(self, start_enu_m: Point, end_enu_m: Point) -> Reservation | None:
-        """The first reservation that a leg comes too near to, and nearer than its start is; None when it is clear."""
+        """The first reservation that a leg must not be flown against; None when it is clear."""
+        return next(self.conflicts(start_enu_m, end_enu_m), None)
+
+    def conflicts(self, start_enu_m: Point, end_enu_m: Point) -> Iterator[Reservation]:
+        """Reservations that a leg comes too near to, and nearer than its start is to the leg or to its owner.
+
+        The owner counts apart: a vehicle that happens to be on the other's leg must not fly towards it.
+        """
         start, end = as_array(start_enu_m), as_array(end_enu_m)
         for reservation in self.reservations:
-            theirs = as_array(reservation.start_enu_m), as_array(reservation.end_enu_m)
-            apart_m = segment_distance_m(start, end, *theirs)
-            if apart_m < self.separation_m and apart_m < segment_distance_m(start, start, *theirs) - 0.05:
-                return reservation
-        return None
+            theirs, there = as_array(reservation.start_enu_m), as_array(reservation.end_enu_m)
+            if self._comes_too_near(start, end, theirs, there) or self._comes_too_near(start, end, theirs, theirs):
+                yield reservation
+
+    def blocks(self, start_enu_m: Point, end_enu_m: Point, place_enu_m: Point) -> bool:
+        """Tell whether somebody who comes to rest at a place would be in the way of a leg."""
+        place = as_array(place_enu_m)
+        return self._comes_too_near(as_array(start_enu_m), as_array(end_enu_m), place, place)
+
+    def _comes_too_near(self, start: FloatArray, end: FloatArray, theirs: FloatArray, there: FloatArray) -> bool:
+        apart_m = segment_distance_m(start, end, theirs, there)
+        return apart_m < self.separation_m and apart_m < segment_distance_m(start, start, theirs, there) - 0.05
 
 
 def _point(row: FloatArray) -> Point:

@@ -24,9 +24,10 @@ def go_for(
     here = situation.position_enu_m
     away_m = way_length_m(here, goal_en_m)
     what = f"frontier {away_m:.0f} m {bearing_word(here[:2], goal_en_m)}"
-    if given_up.chose(cell_index, away_m):
-        return Wait(f"gave up {what}: no way to see beyond it")
     end = next_leg(here, goal_en_m, situation.constraints)
+    let_go = given_up.waited(cell_index) if end is None else given_up.chose(cell_index, away_m)
+    if let_go:
+        return Wait(f"gave up {what}: no way to see beyond it")
     if end is None:
         return Wait(f"{what}: the way is taken")
     goal = (goal_en_m[0], goal_en_m[1], end[2])

@@ -33,15 +33,15 @@ def way_length_m(position_enu_m: Point, goal_en_m: tuple[float, float]) -> float
 def _targets(
     position_enu_m: Point, goal_en_m: tuple[float, float], constraints: Constraints
 ) -> list[tuple[float, float]]:
-    if _line_is_known(position_enu_m, goal_en_m, constraints):
-        return [goal_en_m]
     grid = constraints.grid
     passable = ~np.isnan(constraints.surface_m)
     start = _nearest_passable(passable, *grid.cell_of(*position_enu_m[:2]))
     if start is None:
         return []
-    if not passable[grid.cell_of(*position_enu_m[:2])]:
+    if start != grid.cell_of(*position_enu_m[:2]):  # where it should not be: leave by the shortest way
         return [grid.centre_of(*start)]
+    if _line_is_known(position_enu_m, goal_en_m, constraints):
+        return [goal_en_m]
     distances, parents = travel_distances(passable, *start)
     goal = _nearest_passable(np.isfinite(distances), *grid.cell_of(*goal_en_m))
     if goal is None:
@@ -71,10 +71,8 @@ def _nearest_passable(passable: BoolArray, column: int, row: int) -> tuple[int, 
     """The passable cell nearest to a cell, itself included; None when nothing is passable."""
     if passable[column, row]:
         return (column, row)
-    for radius in (4, 16, 64, max(passable.shape)):
-        left, low = max(0, column - radius), max(0, row - radius)
-        found = np.argwhere(passable[left : column + radius + 1, low : row + radius + 1])
-        if len(found):
-            best = found[np.argmin((found[:, 0] + left - column) ** 2 + (found[:, 1] + low - row) ** 2)]
-            return (int(best[0]) + left, int(best[1]) + low)
-    return None
+    found = np.argwhere(passable)
+    if len(found) == 0:
+        return None
+    best = found[np.argmin((found[:, 0] - column) ** 2 + (found[:, 1] - row) ** 2)]
+    return (int(best[0]), int(best[1]))
