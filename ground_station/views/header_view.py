@@ -19,7 +19,7 @@ def header_line(state: FleetState, width: int, look: Look) -> Line:
         (f" {duration(state.elapsed_s)} ", strong),
     ]
     if speedup is not None:
-        spans.append((f" {look.glyph('×', 'x')}{speedup:.3g} ", bar))  # noqa: RUF001
+        spans.append((f" {look.glyph('×', 'x')}{round(speedup, 1):g} ", bar))  # noqa: RUF001
     spans.append((f" {100 * state.team_map.coverage:.1f}% seen ", strong))
     for condition, colour in (
         (Condition.LIVE, palette.GOOD),
