@@ -199,6 +199,7 @@ class MissionRun:
             self.supervisor.wait_ended(names, self.interrupts.in_hurry)
         self._reclaim_terminal()
         self.supervisor.stop_all(self.interrupts.in_hurry)
+        self._notice_file.unlink(missing_ok=True)
 
     def _judge(self, observer: Observer) -> int:
         assert self._over is not None
