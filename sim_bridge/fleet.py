@@ -9,6 +9,7 @@ import numpy as np
 from sim_bridge.battery import Battery
 from sim_bridge.clock import SimClock
 from sim_bridge.dynamics import Bodies
+from sim_bridge.parameter_sets.copter import copter_rows
 from sim_bridge.parameters import ParameterTable
 from sim_bridge.referee import Referee
 from sim_bridge.vehicle import Copter
@@ -53,7 +54,7 @@ class Fleet:
                 index,
                 self.bodies,
                 self.clock,
-                ParameterTable({"SYSID_THISMAV": plan.system_id(index)}),
+                ParameterTable(copter_rows(), {"SYSID_THISMAV": plan.system_id(index)}),
                 Battery(mission.simulation.endurance_s),
                 mission.simulation.ready_after_s,
             )

@@ -1,9 +1,12 @@
-"""The simulated copter's parameters, under ArduPilot's names, types and defaults."""
+"""A vehicle's parameters, under ArduPilot's names: a table by name and by index, with types, ranges and defaults.
+
+What there is stands in `sim_bridge.parameter_sets`, one file per firmware.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from enum import IntEnum
 
@@ -20,88 +23,79 @@ class ParameterType(IntEnum):
 
 
 _BITS = {ParameterType.INT8: 8, ParameterType.INT16: 16, ParameterType.INT32: 32}
+_WORDS = {
+    "int8": ParameterType.INT8,
+    "int16": ParameterType.INT16,
+    "int32": ParameterType.INT32,
+    "real": ParameterType.REAL32,
+}
 
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """One row of the table: what it is called, how it is stored and what it is at the start."""
+    """One row of the table.
+
+    Attributes
+    ----------
+    name
+        At most 16 characters.
+    kind
+        How it is stored.
+    default
+        Its value at the start.
+    low, high
+        Values that the vehicle obeys; others are refused. Infinite when any value of its type will do, as with most.
+    """
 
     name: str
     kind: ParameterType
     default: float
+    low: float = -math.inf
+    high: float = math.inf
+
+    def __post_init__(self) -> None:
+        if not 1 <= len(self.name) <= 16:
+            raise ValueError(f"{self.name!r} must have 1 to 16 characters")
 
 
-def _table() -> tuple[Parameter, ...]:
-    int8, int16, int32, real = ParameterType.INT8, ParameterType.INT16, ParameterType.INT32, ParameterType.REAL32
-    rows = (
-        ("FORMAT_VERSION", int16, 120),
-        ("SYSID_THISMAV", int16, 1),
-        ("SYSID_MYGCS", int16, 255),
-        ("PILOT_THR_FILT", real, 0),
-        ("PILOT_TKOFF_ALT", real, 0),
-        ("RTL_ALT", int32, 1500),
-        ("RTL_CONE_SLOPE", real, 3),
-        ("RTL_SPEED", int16, 0),
-        ("RTL_ALT_FINAL", int16, 0),
-        ("RTL_CLIMB_MIN", int16, 0),
-        ("RTL_LOIT_TIME", int32, 5000),
-        ("RTL_ALT_TYPE", int8, 0),
-        ("FS_GCS_ENABLE", int8, 0),
-        ("FS_GCS_TIMEOUT", real, 5),
-        ("FS_OPTIONS", int32, 16),
-        ("FS_THR_ENABLE", int8, 0),
-        ("FS_CRASH_CHECK", int8, 1),
-        ("FS_EKF_ACTION", int8, 1),
-        ("DISARM_DELAY", int8, 10),
-        ("LAND_SPEED", int16, 50),
-        ("LAND_SPEED_HIGH", int16, 0),
-        ("LAND_ALT_LOW", int16, 1000),
-        ("WPNAV_SPEED", real, 1000),
-        ("WPNAV_RADIUS", real, 200),
-        ("WPNAV_SPEED_UP", real, 250),
-        ("WPNAV_SPEED_DN", real, 150),
-        ("WPNAV_ACCEL", real, 250),
-        ("WPNAV_ACCEL_Z", real, 100),
-        ("WPNAV_JERK", real, 1),
-        ("WP_YAW_BEHAVIOR", int8, 2),
-        ("GUID_TIMEOUT", real, 3),
-        ("GUID_OPTIONS", int32, 0),
-        ("ARMING_CHECK", int32, 1),
-        ("ARMING_REQUIRE", int8, 1),
-        ("BATT_MONITOR", int8, 4),
-        ("BATT_CAPACITY", int32, 5000),
-        ("BATT_LOW_VOLT", real, 0),
-        ("BATT_LOW_MAH", real, 500),
-        ("BATT_CRT_VOLT", real, 0),
-        ("BATT_CRT_MAH", real, 200),
-        ("BATT_FS_LOW_ACT", int8, 2),
-        ("BATT_FS_CRT_ACT", int8, 1),
-        ("FENCE_ENABLE", int8, 0),
-        ("FENCE_ACTION", int8, 1),
-        ("FRAME_CLASS", int8, 1),
-        ("FRAME_TYPE", int8, 1),
-        ("GPS_TYPE", int8, 1),
-        ("COMPASS_USE", int8, 1),
-        ("AHRS_EKF_TYPE", int8, 3),
-        ("EK3_ENABLE", int8, 1),
-        ("SCHED_LOOP_RATE", int16, 400),
-        ("LOG_BITMASK", int32, 176126),
-        ("MOT_THST_HOVER", real, 0.39),
-        ("SIM_SPEEDUP", real, 1),
-        ("STAT_BOOTCNT", int16, 1),
-    )
-    return tuple(Parameter(name, kind, default) for name, kind, default in rows)
+def parameter_rows(text: str) -> tuple[Parameter, ...]:
+    """Read a table: one `NAME TYPE DEFAULT [LOW HIGH]` a line; empty lines and those that begin with # are skipped."""
+    rows = []
+    for line in text.splitlines():
+        words = line.split()
+        if words and not words[0].startswith("#"):
+            name, kind, *numbers = words
+            rows.append(Parameter(name, _WORDS[kind], *map(float, numbers)))
+    return tuple(rows)
+
+
+def stored_value(kind: ParameterType, value: float) -> float:
+    """The value as its type can hold it: integers rounded, everything limited to what fits (as ArduPilot does)."""
+    if kind is ParameterType.REAL32:
+        return float(np.float32(min(max(value, -3.4e38), 3.4e38)))
+    most = 2 ** (_BITS[kind] - 1)
+    return float(min(max(math.floor(value + 0.5), -most), most - 1))
 
 
 class ParameterTable:
-    """Parameters by name and by index; indices never change, FORMAT_VERSION is number 0."""
+    """Parameters by name and by index; indices never change.
+
+    Example
+    -------
+    ::
+
+        table = ParameterTable(parameter_rows("RTL_ALT int32 1500"), {"RTL_ALT": 3000})
+        table["RTL_ALT"]                  # 3000.0
+    """
 
     __slots__ = ("_index", "_rows", "_values")
 
-    def __init__(self, overrides: dict[str, float]) -> None:
-        self._rows = _table()
+    def __init__(self, rows: Iterable[Parameter], overrides: dict[str, float]) -> None:
+        self._rows = tuple(rows)
         self._index = {row.name: index for index, row in enumerate(self._rows)}
-        self._values = [float(np.float32(row.default)) for row in self._rows]
+        if len(self._index) != len(self._rows):
+            raise ValueError("two parameters have the same name")
+        self._values = [stored_value(row.kind, row.default) for row in self._rows]
         for name, value in overrides.items():
             self.set(name, value)
 
@@ -129,15 +123,13 @@ class ParameterTable:
         return self._index[name]
 
     def set(self, name: str, value: float) -> bool:
-        """Store a value as its type can hold it; False for an unknown name or a value that is no number."""
+        """Store a value as its type can hold it; False for an unknown name, no number, or one out of its range."""
         if name not in self._index or not math.isfinite(value):
             return False
         index = self._index[name]
-        kind = self._rows[index].kind
-        if kind is ParameterType.REAL32:
-            stored = float(np.float32(min(max(value, -3.4e38), 3.4e38)))
-        else:
-            most = 2 ** (_BITS[kind] - 1)
-            stored = float(min(max(math.floor(value + 0.5), -most), most - 1))
+        row = self._rows[index]
+        stored = stored_value(row.kind, value)
+        if not row.low <= stored <= row.high:
+            return False
         self._values[index] = stored
         return True

@@ -1,0 +1,1 @@
+"""Which parameters each firmware has, one file per firmware and `common` for what all of them share."""
