@@ -14,6 +14,8 @@ from vehicle_agent.domain.polygon import BoolArray
 
 _ON_LINE = 1e-6
 """A point this near to a line through cell centres, in cells, lies on it."""
+_RIM = 1.5
+"""A leg that begins on unknown ground goes at most so many cells over it, or at most so many beyond it."""
 _FAR = 1e8
 """Cells from the grid beyond which no leg is looked at."""
 
@@ -57,39 +59,60 @@ def _lowest_of_parabola(first: float, middle: float, last: float) -> float:
 
 
 @compiled
-def _leg_clearance(elevation: FloatArray, u0: float, v0: float, z0: float, u1: float, v1: float, z1: float) -> float:
-    """Clearance of one leg, in cells and metres: from one line through cell centres to the next, square by square."""
-    du, dv, dz = u1 - u0, v1 - v0, z1 - z0
-    step_u, step_v = (1.0 if du > 0.0 else -1.0), (1.0 if dv > 0.0 else -1.0)
-    line_u = math.floor(u0) + 1.0 if du > 0.0 else math.ceil(u0) - 1.0
-    line_v = math.floor(v0) + 1.0 if dv > 0.0 else math.ceil(v0) - 1.0
-    next_u = (line_u - u0) / du if du != 0.0 else math.inf
-    next_v = (line_v - v0) / dv if dv != 0.0 else math.inf
+def _lowest_in_square(
+    elevation: FloatArray, square: tuple[int, int, int, int], first: FloatArray, last: FloatArray
+) -> float:
+    """Smallest height above the bilinear surface between two points (u, v, z) of one square."""
+    middle = 0.5 * (first + last)
+    return _lowest_of_parabola(
+        first[2] - _height_in(elevation, square, first[0], first[1]),
+        middle[2] - _height_in(elevation, square, middle[0], middle[1]),
+        last[2] - _height_in(elevation, square, last[0], last[1]),
+    )
+
+
+@compiled
+def _next_line(start: float, change: float, line: float) -> float:
+    """Part of the way at which a leg meets a line, infinite when it never does."""
+    return (line - start) / change if change != 0.0 else math.inf
+
+
+@compiled
+def _leg_clearance(elevation: FloatArray, start: FloatArray, end: FloatArray) -> float:
+    """Clearance of one leg given as (u, v, z) in cells and metres, square after square between cell centres."""
+    change = end - start
+    length = math.hypot(change[0], change[1])
+    step_u, step_v = (1.0 if change[0] > 0.0 else -1.0), (1.0 if change[1] > 0.0 else -1.0)
+    line_u = math.floor(start[0]) + 1.0 if change[0] > 0.0 else math.ceil(start[0]) - 1.0
+    line_v = math.floor(start[1]) + 1.0 if change[1] > 0.0 else math.ceil(start[1]) - 1.0
+    next_u, next_v = _next_line(start[0], change[0], line_u), _next_line(start[1], change[1], line_v)
     clearance = math.inf
-    known = False
+    known = _square_around(elevation, start[0], start[1])[0] >= 0
     before = 0.0
     while before < 1.0:
         after = min(next_u, next_v, 1.0)
-        middle = 0.5 * (before + after)
-        square = _square_around(elevation, u0 + middle * du, v0 + middle * dv)
+        middle = start + 0.5 * (before + after) * change
+        square = _square_around(elevation, middle[0], middle[1])
         if square[0] >= 0:
+            if not known and min(before, 1.0 - before) * length > _RIM:
+                return math.nan
             known = True
-            lowest = _lowest_of_parabola(
-                z0 + before * dz - _height_in(elevation, square, u0 + before * du, v0 + before * dv),
-                z0 + middle * dz - _height_in(elevation, square, u0 + middle * du, v0 + middle * dv),
-                z0 + after * dz - _height_in(elevation, square, u0 + after * du, v0 + after * dv),
+            clearance = min(
+                clearance, _lowest_in_square(elevation, square, start + before * change, start + after * change)
             )
-            clearance = min(clearance, lowest)
         elif known:
             return math.nan
         if next_u <= after:
             line_u += step_u
-            next_u = (line_u - u0) / du
+            next_u = _next_line(start[0], change[0], line_u)
         if next_v <= after:
             line_v += step_v
-            next_v = (line_v - v0) / dv
+            next_v = _next_line(start[1], change[1], line_v)
         before = after
-    return clearance if known else math.nan
+    square = _square_around(elevation, end[0], end[1])
+    if square[0] < 0:
+        return math.nan
+    return min(clearance, end[2] - _height_in(elevation, square, end[0], end[1]))
 
 
 @compiled
@@ -108,16 +131,17 @@ def leg_clearances(
 
     Returns
     -------
-    (N,) float64 metres; NaN for a leg that crosses or ends on unknown or forbidden ground. A leg that begins there
-    may leave it: only what follows counts.
+    (N,) float64 metres; NaN for a leg that enters unknown or forbidden ground. A leg that begins there may leave it,
+    from the rim to anywhere, from further in to the rim: only what follows counts.
     """
     clearances = np.empty(len(ends))
-    u0, v0 = (start[0] - west) / cell - 0.5, (start[1] - south) / cell - 0.5
+    first, last = np.empty(3), np.empty(3)
+    first[0], first[1], first[2] = (start[0] - west) / cell - 0.5, (start[1] - south) / cell - 0.5, start[2]
     for index in range(len(ends)):
-        u1, v1 = (ends[index, 0] - west) / cell - 0.5, (ends[index, 1] - south) / cell - 0.5
-        height = start[2] + ends[index, 2]
-        if abs(u0) < _FAR and abs(v0) < _FAR and abs(u1) < _FAR and abs(v1) < _FAR and math.isfinite(height):
-            clearances[index] = _leg_clearance(elevation, u0, v0, start[2], u1, v1, ends[index, 2])
+        last[0], last[1] = (ends[index, 0] - west) / cell - 0.5, (ends[index, 1] - south) / cell - 0.5
+        last[2] = ends[index, 2]
+        if np.abs(first).max() < _FAR and np.abs(last).max() < _FAR:
+            clearances[index] = _leg_clearance(elevation, first, last)
         else:
             clearances[index] = math.nan
     return clearances
@@ -152,7 +176,9 @@ def segment_distance_m(a0: FloatArray, a1: FloatArray, b0: FloatArray, b1: Float
 def travel_distances(
     passable: BoolArray, start_column: int, start_row: int
 ) -> tuple[FloatArray, npt.NDArray[np.int64]]:
-    """Shortest distances, in cells, from one cell to all through passable cells, 8-connected (Dijkstra).
+    """Shortest distances, in cells, from one cell to all through passable cells (Dijkstra).
+
+    Cells are 8-connected, but no diagonal cuts the corner of an impassable cell: no leg could follow it.
 
     Returns
     -------
@@ -174,6 +200,8 @@ def travel_distances(
             for dr in range(-1, 2):
                 c, r = column + dc, row + dr
                 if (dc == 0 and dr == 0) or c < 0 or r < 0 or c >= columns or r >= rows or not passable[c, r]:
+                    continue
+                if not (passable[c, row] and passable[column, r]):
                     continue
                 further = distance + (diagonal if dc != 0 and dr != 0 else 1.0)
                 if further < distances[c, r] - 1e-12:

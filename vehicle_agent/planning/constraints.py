@@ -16,7 +16,7 @@ from vehicle_agent.domain.polygon import BoolArray
 
 _HEIGHT_SHARES = np.linspace(0.0, 1.0, 17) ** 2
 """Heights tried, as shares of the height band: closer together near the ground, where vehicles fly."""
-_SHORTENINGS = (1.0, 0.5, 0.25)
+_SHORTENINGS = (1.0, 0.5, 0.25, 0.125)
 
 
 @dataclass(frozen=True, slots=True)
