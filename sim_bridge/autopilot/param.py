@@ -11,7 +11,7 @@ from sim_bridge.autopilot.service import Client, MessageHandler, Service
 if TYPE_CHECKING:
     from sim_bridge.autopilot.node import Node
 
-LISTED_PER_TICK = 20
+LISTED_PER_TICK = 60
 BY_NAME_INDEX = 65535
 """ArduPilot's index in answers to a read or set by name."""
 
