@@ -408,7 +408,7 @@ class VehicleAgent:
             case MapDelta():
                 self._receive((message.record,))
             case Repair():
-                self._receive(message.records)
+                self._receive(message.records, self._now_s)
             case Digest():
                 self._repair(message)
             case Command():
@@ -416,17 +416,13 @@ class VehicleAgent:
             case _:
                 pass
 
-    def _receive(self, records: Iterable[DeltaRecord]) -> None:
-        self._map_version += self._exchange.receive(records)
+    def _receive(self, records: Iterable[DeltaRecord], repaired_at_s: float | None = None) -> None:
+        self._map_version += self._exchange.receive(records, repaired_at_s)
 
     def _repair(self, digest: Digest) -> None:
-        names = self._plan.vehicle_names
-        living = {self._vehicle.name, *self._team.living()}
-        first_in_line = min((n for n in living if n != digest.sender), key=names.index) == self._vehicle.name
-        responsible = {self._vehicle.name}
-        if first_in_line:
-            responsible |= (set(names) - living) | {digest.sender}
-        records = self._exchange.repair_for(digest, frozenset(responsible), self._now_s)
+        heard = self._team.living()
+        living = [name for name in self._plan.vehicle_names if name == self.name or name in heard]
+        records = self._exchange.repair_for(digest, living, self._now_s)
         if records:
             self._voice.say(Repair, records=records)
 

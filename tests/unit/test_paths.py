@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
@@ -138,7 +139,7 @@ def test_shortest_ways_are_those_of_scipy(seed: int) -> None:
         way = trace_way(parents, int(column), int(row))
         assert way[0] == (2, 3)
         assert way[-1] == (column, row)
-        assert sum(math.dist(a, b) for a, b in zip(way, way[1:], strict=False)) == pytest.approx(distances[column, row])
+        assert sum(math.dist(a, b) for a, b in itertools.pairwise(way)) == pytest.approx(distances[column, row])
         assert all(passable[cell] for cell in way)
 
 

@@ -1,13 +1,13 @@
 """How a team's maps become one: journalled deltas, digests of what one holds, repairs of what another lacks.
 
 A vehicle's own observations form a stream of numbered records. Whoever hears a digest that lacks records sends them:
-the stream's origin, or, when the origin is silent or lacks them itself, the first living vehicle that holds more.
-Records may come twice, late, in any order and from anybody: each is folded into the map once.
+the stream's origin, or, when the origin is silent or lacks the stream, the first living vehicle that by its own digest
+holds more. Records may come twice, late, in any order and from anybody: each is folded into the map once.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 import msgspec
@@ -26,6 +26,8 @@ MAX_STREAMS = 256
 MAX_REPAIR_BYTES = 24_000
 REPEAT_AFTER_S = 3.0
 """A record sent once is not sent again so soon: a repair reaches everybody."""
+REPEAT_BEYOND_GAP_S = 60.0
+"""The same for a record after a gap that nobody here can mend: a digest cannot tell that it is held."""
 
 
 @dataclass(slots=True)
@@ -46,6 +48,10 @@ class Stream:
     @property
     def has_gaps(self) -> bool:
         return self.held < len(self.records)
+
+    def from_on(self, sequence: int) -> list[int]:
+        """Numbers of the records held from that one on, those after a gap included."""
+        return [*range(sequence, self.held), *sorted(n for n in self.records if n >= max(sequence, self.held))]
 
     def add(self, record: DeltaRecord) -> bool:
         """Keep a record; False when it is there already."""
@@ -79,10 +85,12 @@ class MapExchange:
         self._streams: dict[StreamId, Stream] = {}
         self._pending: list[CellObservations] = []
         self._sent_at_s: dict[tuple[StreamId, int], float] = {}
+        self._told: dict[str, dict[StreamId, int]] = {}
         for record in _own_records(journal_records, team[own_index]):
             self._stream_id = record.stream_id
             self._take(record)
-        if self.own_stream.has_gaps:  # its next number may be one that others know already
+        resumed = self._streams.get((team[own_index], self._stream_id))
+        if resumed is not None and resumed.has_gaps:  # its next number may be one that others know already
             self._stream_id = boot_id
 
     @property
@@ -119,30 +127,41 @@ class MapExchange:
         self.own_stream.add(record)
         return record
 
-    def receive(self, records: Iterable[DeltaRecord]) -> int:
-        """Fold in records from anybody; return how many were new."""
-        return sum(self._take(record) for record in records)
+    def receive(self, records: Iterable[DeltaRecord], repaired_at_s: float | None = None) -> int:
+        """Fold in records from anybody; return how many were new.
+
+        `repaired_at_s` tells when they came as somebody's repair, which need not be repeated at once.
+        """
+        new = 0
+        for record in records:
+            new += self._take(record)
+            if repaired_at_s is not None:
+                self._sent_at_s[(record.origin, record.stream_id), record.delta_sequence] = repaired_at_s
+        return new
 
     def digest(self) -> tuple[StreamHeld, ...]:
         return tuple(StreamHeld(origin, stream_id, s.held) for (origin, stream_id), s in sorted(self._streams.items()))
 
-    def repair_for(self, digest: Digest, responsible_for: frozenset[str], now_s: float) -> tuple[DeltaRecord, ...]:
-        """Records that the digest's sender lacks and this vehicle is responsible for, oldest first, one message full.
+    def repair_for(self, digest: Digest, living: Sequence[str], now_s: float) -> tuple[DeltaRecord, ...]:
+        """Records that the digest's sender lacks and this vehicle answers for, oldest first, one message full.
 
         Parameters
         ----------
-        responsible_for
-            Origins whose gaps this vehicle mends: itself, and, where it is the first in line, silent teammates and the
-            digest's sender, who may have lost what it had told.
+        living
+            Names of this vehicle and of the teammates that are heard, in team order.
         """
         theirs = {(held.origin, held.stream_id): held.held for held in digest.streams}
+        if digest.sender in self._team:
+            self._told[digest.sender] = theirs
         records: list[DeltaRecord] = []
         size = 0
         for stream_id, stream in sorted(self._streams.items()):
-            if stream_id[0] not in responsible_for:
+            their_held = theirs.get(stream_id, 0)
+            if not self._answers_for(stream_id, digest.sender, their_held, living):
                 continue
-            for sequence in range(theirs.get(stream_id, 0), stream.held):
-                if now_s - self._sent_at_s.get((stream_id, sequence), -np.inf) < REPEAT_AFTER_S:
+            for sequence in stream.from_on(their_held):
+                wait_s = REPEAT_AFTER_S if sequence < stream.held else REPEAT_BEYOND_GAP_S
+                if now_s - self._sent_at_s.get((stream_id, sequence), -np.inf) < wait_s:
                     continue
                 record = stream.records[sequence]
                 size += len(record.cells) + 16
@@ -151,6 +170,19 @@ class MapExchange:
                 self._sent_at_s[stream_id, sequence] = now_s
                 records.append(record)
         return tuple(records)
+
+    def _answers_for(self, stream_id: StreamId, sender: str, their_held: int, living: Sequence[str]) -> bool:
+        """Whether this vehicle is the one that mends the sender's gaps in a stream: one answers, not all."""
+        own, origin = self._team[self._own_index], stream_id[0]
+        holds_it = origin == own or stream_id in self._told.get(origin, {stream_id: 0})
+        if origin in living and origin != sender and holds_it:
+            return origin == own
+        for name in living:
+            if name == own:
+                return True
+            if name != sender and self._told.get(name, {}).get(stream_id, 0) > their_held:
+                return False
+        return False
 
     def _take(self, record: DeltaRecord) -> bool:
         stream_id = (record.origin, record.stream_id)

@@ -112,7 +112,7 @@ def _leg_clearance(elevation: FloatArray, start: FloatArray, end: FloatArray) ->
     square = _square_around(elevation, end[0], end[1])
     if square[0] < 0:
         return math.nan
-    return min(clearance, end[2] - _height_in(elevation, square, end[0], end[1]))
+    return float(min(clearance, end[2] - _height_in(elevation, square, end[0], end[1])))
 
 
 @compiled
