@@ -11,11 +11,12 @@ from vehicle_agent.behaviour.authority import Authority, Steering
 from vehicle_agent.behaviour.command_desk import CommandDesk
 from vehicle_agent.behaviour.energy import EnergyWatch
 from vehicle_agent.behaviour.map_exchange import MapExchange, encode_record
-from vehicle_agent.behaviour.navigator import Navigator, Surroundings
+from vehicle_agent.behaviour.navigator import Arrived, Navigator, Surroundings
 from vehicle_agent.behaviour.plausible import plausible
 from vehicle_agent.behaviour.preflight import Checklist, parameters_before_arming, return_altitude
 from vehicle_agent.behaviour.return_height import ReturnHeight
 from vehicle_agent.behaviour.rhythm import Rhythm
+from vehicle_agent.behaviour.standing_orders import StandingOrders
 from vehicle_agent.behaviour.status_report import Figures, status_fields
 from vehicle_agent.behaviour.team_picture import TeamPicture
 from vehicle_agent.behaviour.units import to_centimetres
@@ -38,6 +39,7 @@ from vehicle_agent.ports import (
     Landed,
     Order,
     Outbox,
+    SetSpeed,
     TakeOff,
     VehicleState,
 )
@@ -50,6 +52,7 @@ from vehicle_agent.wire.messages import (
     DeltaRecord,
     Digest,
     MapDelta,
+    Orders,
     Outcome,
     Repair,
     Severity,
@@ -117,7 +120,8 @@ class VehicleAgent:
         self._commands = CommandDesk(vehicle.name)
         self._energy = EnergyWatch(mission.stop.battery_reserve)
         self._checklist = Checklist(parameters_before_arming(plan, index))
-        self._area_cell_count = int(plan.area_cells.sum())
+        self._standing = StandingOrders(plan, index)
+        self._errand: Command | None = None
         self._out = Outbox()
         self._now_s = 0.0
         self._state: VehicleState | None = None
@@ -161,7 +165,8 @@ class VehicleAgent:
     @property
     def known_fraction(self) -> float:
         """Share of the area's cells on this vehicle's map."""
-        return float((self.map.observed & self._plan.area_cells).sum()) / self._area_cell_count
+        area_cells = self._standing.area_cells
+        return float((self.map.observed & area_cells).sum()) / max(1, int(area_cells.sum()))
 
     @property
     def first_seen_cells(self) -> float:
@@ -312,19 +317,39 @@ class VehicleAgent:
 
     def _work(self, state: VehicleState) -> None:
         reason = self._reason_to_return(state)
-        if reason is None:
+        if reason is None and self._errand is not None:
+            self._run_errand(state, self._errand)
+        elif reason is None:
             target = self._navigator.work(self._around(state))
             if isinstance(target, Finished):
                 reason = target.why
             else:
                 self._fly(target)
+            if self._standing.sector_cells is not None and not self._navigator.has_sector:
+                self._standing.drop_sector()
+                self._voice.say(Orders, **self._standing.fields())
         if reason is not None:
             self._go_home(state, reason)
+
+    def _run_errand(self, state: VehicleState, errand: Command) -> None:
+        """Fly where the operator sent it; then hold there, or go on with the mission."""
+        target = self._navigator.go_to(self._around(state), (errand.point_cm[0] / 100, errand.point_cm[1] / 100))
+        if not isinstance(target, Arrived):
+            self._fly(target)
+            return
+        self._errand = None
+        if errand.verb is Verb.VISIT:
+            self._voice.event(Severity.INFO, "arrived", "at the place it was sent to: on with the mission")
+            return
+        self._authority.expect_change()
+        self._navigator.forget("at the place it was sent to")
+        self._enter(Stage.HOLDING, "arrived", "at the place it was sent to")
+        self._order(Hold())
 
     def _reason_to_return(self, state: VehicleState) -> str | None:
         stop = self._plan.mission.stop
         known = self.known_fraction
-        if known >= stop.observed_fraction:
+        if known >= stop.observed_fraction and self._errand is None:
             return f"{100 * known:.1f} % of the area is known"
         if self._took_off_at_s is not None and self._now_s - self._took_off_at_s > stop.time_limit_s:
             return f"time limit of {stop.time_limit_s:.0f} s reached"
@@ -431,6 +456,8 @@ class VehicleAgent:
         if answer is None:
             return
         outcome, reason = answer
+        if outcome is Outcome.ACCEPTED and (trouble := self._trouble(command)):
+            outcome, reason = Outcome.REFUSED, trouble
         self._voice.say(
             CommandResult,
             station=command.sender,
@@ -443,7 +470,18 @@ class VehicleAgent:
         if outcome is not Outcome.ACCEPTED or self._state is None:
             return
         match command.verb:
+            case Verb.NO_FLY | Verb.AREA | Verb.SECTOR | Verb.SPEED:
+                self._stand_by(command)
+            case Verb.RELEASE:
+                self._team.release(command.subject)
+                self._voice.event(Severity.WARNING, "teammate-lost", f"{command.subject} is lost, the operator says")
+            case Verb.GO_TO | Verb.VISIT:
+                self._errand = command
+                self._authority.expect_change()
+                self._enter(Stage.WORKING, "sent", "sent to a place by the operator")
+                self._fly(self._navigator.stay(self._around(self._state), "sent to a place by the operator"))
             case Verb.HOLD:
+                self._errand = None
                 self._authority.expect_change()
                 self._release_claim()
                 self._navigator.forget("held by the operator")
@@ -454,12 +492,29 @@ class VehicleAgent:
                 self._enter(Stage.WORKING, "resumed", "resumed by the operator")
                 self._fly(self._navigator.stay(self._around(self._state), "resumed"))
             case Verb.RETURN:
+                self._errand = None
                 self._authority.expect_change()
                 self._go_home(self._state, "called home by the operator")
             case Verb.LAND:
+                self._errand = None
                 self._release_claim()
                 self._begin_landing("landing here, ordered by the operator")
                 self._land(self._state)
+
+    def _trouble(self, command: Command) -> str:
+        if command.verb is Verb.RELEASE:
+            return "" if command.subject in self._team.living() else "not a teammate that counts as living"
+        home = self._state.home_enu_m if self._state else None
+        return self._standing.trouble(command, home[:2] if home else self._start_enu_m()[:2])
+
+    def _stand_by(self, command: Command) -> None:
+        """Follow an order that stays: zone, area, sector or speed."""
+        standing = self._standing
+        standing.take(command)
+        self._navigator.limit(standing.allowed, standing.area_cells, standing.sector_cells)
+        if command.verb is Verb.SPEED:
+            self._order(SetSpeed(standing.speed_limit_cm_s / 100 or self._vehicle.speed_m_s))
+        self._voice.say(Orders, **standing.fields())
 
     def _around(self, state: VehicleState) -> Surroundings:
         return Surroundings(

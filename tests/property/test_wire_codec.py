@@ -22,6 +22,7 @@ from vehicle_agent.wire.messages import (
     Event,
     MapDelta,
     Message,
+    Orders,
     Outcome,
     Repair,
     Scan,
@@ -30,6 +31,7 @@ from vehicle_agent.wire.messages import (
     Status,
     StreamHeld,
     Verb,
+    Zone,
 )
 
 MUTATIONS = 100_000
@@ -37,6 +39,7 @@ MUTATIONS = 100_000
 U32 = st.integers(0, 2**32 - 1)
 NAMES = st.from_regex(r"[a-z][a-z0-9-]{0,30}", fullmatch=True)
 POSITIONS = st.tuples(*[st.integers(-(10**8), 10**8)] * 3)
+POLYGONS = st.lists(st.tuples(*[st.integers(-(10**8), 10**8)] * 2), max_size=48).map(tuple)
 PERMILLE = st.integers(0, 1000)
 TEXTS = st.text(max_size=160)
 RECORDS = st.builds(DeltaRecord, origin=NAMES, stream_id=U32, delta_sequence=U32, cells=st.binary(max_size=300))
@@ -71,7 +74,15 @@ BY_TYPE: dict[type, st.SearchStrategy[typing.Any]] = {
     Claim: st.builds(Claim, **HEADER, active=st.booleans(), goal_cm=POSITIONS, cost_m=st.integers(0, 10**7)),
     Event: st.builds(Event, **HEADER, severity=st.sampled_from(Severity), code=st.text(max_size=32), text=TEXTS),
     Command: st.builds(
-        Command, **HEADER, command_id=U32, verb=st.sampled_from(Verb), targets=st.lists(NAMES, max_size=64).map(tuple)
+        Command,
+        **HEADER,
+        command_id=U32,
+        verb=st.sampled_from(Verb),
+        targets=st.lists(NAMES, max_size=64).map(tuple),
+        point_cm=POSITIONS,
+        polygon_cm=POLYGONS,
+        number=st.integers(0, 2**31),
+        subject=NAMES,
     ),
     CommandResult: st.builds(
         CommandResult,
@@ -99,6 +110,14 @@ BY_TYPE: dict[type, st.SearchStrategy[typing.Any]] = {
         has_flown=st.booleans(),
         crashed=st.booleans(),
         mode=st.text(max_size=16),
+    ),
+    Orders: st.builds(
+        Orders,
+        **HEADER,
+        no_fly=st.lists(st.builds(Zone, number=U32, polygon_cm=POLYGONS), max_size=4).map(tuple),
+        area_cm=POLYGONS,
+        sector_cm=POLYGONS,
+        speed_limit_cm_s=st.integers(0, 2**31),
     ),
 }
 MESSAGES = st.one_of(*BY_TYPE.values())

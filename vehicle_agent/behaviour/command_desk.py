@@ -11,7 +11,11 @@ _POSSIBLE_IN: dict[Verb, frozenset[Stage]] = {
     Verb.RESUME: frozenset({Stage.HOLDING, Stage.RETURNING, Stage.YIELDED}),
     Verb.RETURN: frozenset({Stage.TAKING_OFF, Stage.WORKING, Stage.HOLDING, Stage.YIELDED}),
     Verb.LAND: frozenset({Stage.TAKING_OFF, Stage.WORKING, Stage.HOLDING, Stage.RETURNING, Stage.YIELDED}),
+    Verb.GO_TO: frozenset({Stage.WORKING, Stage.HOLDING, Stage.RETURNING}),
+    Verb.VISIT: frozenset({Stage.WORKING, Stage.HOLDING, Stage.RETURNING}),
 }
+_ALWAYS = frozenset(Stage) - {Stage.DONE, Stage.REFUSED}
+"""Standing orders are taken before take-off too."""
 
 
 class CommandDesk:
@@ -32,6 +36,7 @@ class CommandDesk:
         self._answered.add(identity)
         if command.stamp_ms < began_ms - STALE_MS:
             return (Outcome.REFUSED, "said before this agent began: say it again")
-        if stage in _POSSIBLE_IN[command.verb]:
+        if stage in _POSSIBLE_IN.get(command.verb, _ALWAYS):
             return (Outcome.ACCEPTED, "")
-        return (Outcome.REFUSED, f"cannot {command.verb.name.lower()} while {stage.name.lower().replace('_', ' ')}")
+        verb = command.verb.name.lower().replace("_", " ")
+        return (Outcome.REFUSED, f"cannot {verb} while {stage.name.lower().replace('_', ' ')}")

@@ -15,6 +15,7 @@ from vehicle_agent.domain.polygon import BoolArray, distance_to_border_m
 from vehicle_agent.mission.load import MissionPlan
 from vehicle_agent.planning.constraints import Constraints, Reservation
 from vehicle_agent.planning.interface import (
+    Decision,
     Finished,
     Observation,
     Planner,
@@ -69,6 +70,11 @@ class Surroundings:
     objective: float
 
 
+@dataclass(frozen=True, slots=True)
+class Arrived:
+    """The vehicle is where it was to go."""
+
+
 class Navigator:
     """One vehicle's way through the area.
 
@@ -88,6 +94,9 @@ class Navigator:
         self._min_above_m, self._max_above_m = vehicle.min_above_terrain_m, vehicle.max_above_terrain_m
         self._range_m = vehicle.sensor.range_m
         self._allowed = allowed_cells(plan)
+        self._area: BoolArray = plan.area_cells
+        self._sector: BoolArray | None = None
+        self._has_asked = False
         self._surface: FloatArray = np.full(plan.grid.shape, np.nan)
         self._surface_version = -1
         self._next_check_s = -math.inf
@@ -103,22 +112,64 @@ class Navigator:
             return self._make_room(around)
         state = around.state
         self._planner.tell(Observation(state.position_enu_m, around.objective))
-        decision = self._planner.ask(
-            Situation(
-                self._index,
-                state.position_enu_m,
-                around.team_map,
-                self._plan.area_cells,
-                self._range_m,
-                self._constraints(around),
-                around.teammates,
-            )
-        )
+        decision = self._decide(around)
         if isinstance(decision, Finished):
             return decision
         if isinstance(decision, Wait):
             return self._wait(around, decision.why)
         return self._commit(around, decision.position_enu_m, decision.why, decision)
+
+    def limit(self, allowed: BoolArray, area_cells: BoolArray, sector_cells: BoolArray | None) -> None:
+        """Fly only over `allowed` cells, see only `area_cells`, and `sector_cells` first: (columns, rows) bool."""
+        self._allowed, self._area, self._sector = allowed, area_cells, sector_cells
+        self._surface_version = -1
+
+    @property
+    def has_sector(self) -> bool:
+        """Something is to be seen before the rest."""
+        return self._sector is not None
+
+    def _decide(self, around: Surroundings) -> Decision:
+        """Ask the planner for the sector first, then for the whole area."""
+        # Planners size their work by the area of their first question: it is always the mission's whole one.
+        areas = [self._area if self._has_asked else self._plan.area_cells]
+        if self._has_asked and self._sector is not None:
+            areas.insert(0, self._area & self._sector)
+        self._has_asked = True
+        decision: Decision = Finished("nothing is to be seen")
+        for area_cells in areas:
+            if (area_cells & ~around.team_map.observed).any():
+                decision = self._planner.ask(
+                    Situation(
+                        self._index,
+                        around.state.position_enu_m,
+                        around.team_map,
+                        area_cells,
+                        self._range_m,
+                        self._constraints(around),
+                        around.teammates,
+                    )
+                )
+            if not isinstance(decision, Finished):
+                break
+            self._sector = None
+        return decision
+
+    def go_to(self, around: Surroundings, place_en_m: tuple[float, float]) -> Point | Arrived | None:
+        """Next target on the way to a place, None to carry on, or Arrived as near to it as known ground lets."""
+        if not self._may_decide(around):
+            return self._make_room(around)
+        here, constraints = around.state.position_enu_m, self._constraints(around)
+        away_m = way_length_m(here, place_en_m)
+        if away_m <= max(OVER_HOME_M, self._plan.grid.cell_m):
+            return Arrived()
+        end = next_leg(here, place_en_m, constraints)
+        if end is None:
+            return self._wait(around, f"place {away_m:.0f} m: the way is taken")
+        no_nearer = way_length_m(end, place_en_m) > away_m - 0.1 * self._plan.grid.cell_m
+        if no_nearer and math.dist(end[:2], here[:2]) < self._plan.grid.cell_m and end[2] <= here[2] + OVER_HOME_M:
+            return Arrived()
+        return self._commit(around, end, f"place {away_m:.0f} m, ordered by the operator", None)
 
     def go_home(self, around: Surroundings, home_enu_m: Point) -> Point | None:
         """Next target on the way home, or None to carry on."""

@@ -70,6 +70,10 @@ class TeamPicture:
                 lost.append(name)
         return lost
 
+    def release(self, name: str) -> None:
+        """Count a teammate as lost before its silence shows it."""
+        self._heard[name].lost = True
+
     def living(self) -> list[str]:
         """Names of teammates that are heard, in team order."""
         return [name for name in self._team if name in self._heard and not self._heard[name].lost]

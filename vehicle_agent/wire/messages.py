@@ -21,6 +21,8 @@ U32 = Annotated[int, Meta(ge=0, le=2**32 - 1)]
 StampMs = Annotated[int, Meta(ge=0, le=2**53)]
 Centimetres = Annotated[int, Meta(ge=-(10**8), le=10**8)]
 PositionCm = tuple[Centimetres, Centimetres, Centimetres]
+PolygonCm = Annotated[tuple[tuple[Centimetres, Centimetres], ...], Meta(max_length=48)]
+"""Corners in order, east and north, not closed; empty for none."""
 Text = Annotated[str, Meta(max_length=160)]
 Permille = Annotated[int, Meta(ge=0, le=1000)]
 
@@ -60,6 +62,20 @@ class Verb(IntEnum):
     RESUME = 1
     RETURN = 2
     LAND = 3
+    GO_TO = 4
+    """Fly to `point_cm` (its height above the ground there is the vehicle's own choice) and hold there."""
+    VISIT = 5
+    """Fly to `point_cm`, then go on with the mission."""
+    NO_FLY = 6
+    """Keep out of `polygon_cm` from now on, known as zone `number`; an empty polygon lifts that zone."""
+    AREA = 7
+    """Only the part of the mission's area inside `polygon_cm` is to be seen; empty: all of it again."""
+    SECTOR = 8
+    """See what lies inside `polygon_cm` before anything else; empty: no preference."""
+    SPEED = 9
+    """Fly no faster than `number` cm/s; 0: as the mission says."""
+    RELEASE = 10
+    """Count teammate `subject` as lost: its goals are free."""
 
 
 class Outcome(IntEnum):
@@ -159,6 +175,10 @@ class Command(Message, frozen=True, tag=5, kw_only=True):
     command_id: U32
     verb: Verb
     targets: Annotated[tuple[Name, ...], Meta(max_length=64)]
+    point_cm: PositionCm = (0, 0, 0)
+    polygon_cm: PolygonCm = ()
+    number: Annotated[int, Meta(ge=0, le=2**31)] = 0
+    subject: Annotated[str, Meta(max_length=31)] = ""
 
 
 class CommandResult(Message, frozen=True, tag=6, kw_only=True):
@@ -210,4 +230,21 @@ class BodyReport(Message, frozen=True, tag=10, kw_only=True):
     mode: Annotated[str, Meta(max_length=16)]
 
 
-AnyMessage = Status | MapDelta | Claim | Event | Command | CommandResult | Digest | Repair | Scan | BodyReport
+class Zone(msgspec.Struct, array_like=True, frozen=True):
+    """A no-fly polygon under the number by which it can be lifted."""
+
+    number: U32
+    polygon_cm: PolygonCm
+
+
+class Orders(Message, frozen=True, tag=11, kw_only=True):
+    """What stands ordered at a vehicle, so that a station that starts late knows it too."""
+
+    no_fly: Annotated[tuple[Zone, ...], Meta(max_length=16)] = ()
+    area_cm: PolygonCm = ()
+    sector_cm: PolygonCm = ()
+    speed_limit_cm_s: Annotated[int, Meta(ge=0, le=2**31)] = 0
+    """0: as the mission says."""
+
+
+AnyMessage = Status | MapDelta | Claim | Event | Command | CommandResult | Digest | Repair | Scan | BodyReport | Orders
