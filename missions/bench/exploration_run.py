@@ -29,6 +29,8 @@ from vehicle_agent.wire.messages import Claim, DeltaRecord, MapDelta
 DONE_AT = 0.995
 SHADOW_RINGS = 2
 STEEPEST_SLOPE = 2.0
+STEEP_LEG_STRETCH = 5.0
+"""Planned legs may be steep: a vehicle flies the first step of them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,6 +182,7 @@ class _Exploration:
             team.step_m,
             team.separation_m,
             tuple(Reservation(self._positions[other], self._positions[other], other) for other in others),
+            STEEP_LEG_STRETCH,
         )
         situation = Situation(
             index, here, self._map, self._area, team.range_m, constraints, tuple(map(self._teammate, others))

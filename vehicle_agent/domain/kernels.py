@@ -4,9 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from vehicle_agent.domain.paths import assumed_surface, leg_clearances, segment_distance_m, travel_distances
+from vehicle_agent.domain.paths import (
+    assumed_surface,
+    come_too_near,
+    ground_heights,
+    leg_clearances,
+    segment_distance_m,
+    travel_distances,
+)
 from vehicle_agent.domain.rays import sight_is_clear, visible_cells
 from vehicle_agent.domain.tours import share_out
+from vehicle_agent.domain.visibility import mark_view, weigh_views
 
 
 def warm_up() -> None:
@@ -17,6 +25,10 @@ def warm_up() -> None:
     visible_cells(elevation, 0.0, 0.0, 1.0, 1.0, 2.0)
     leg_clearances(elevation, 0.0, 0.0, 1.0, point, np.ones((2, 3)))
     segment_distance_m(point, point, point, point)
+    ground_heights(elevation, 0.0, 0.0, 1.0, np.ones((2, 3)))
+    come_too_near(point, np.ones((2, 3)), np.ones((2, 3)), np.ones((2, 3)), 1.0)
+    mark_view(elevation, point, 1.0, 2.0, 0.0, np.zeros((4, 4), dtype=np.bool_))
+    weigh_views(elevation, np.ones((2, 3)), 1.0, 2.0, 0.0, elevation)
     assumed_surface(elevation, np.ones((4, 4), dtype=np.bool_), 1.0, 2, 1.5)
     travel_distances(np.ones((4, 4), dtype=np.bool_), 0, 0)
     places = np.zeros((2, 2))

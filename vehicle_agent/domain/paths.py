@@ -148,6 +148,19 @@ def leg_clearances(
 
 
 @compiled
+def ground_heights(elevation: FloatArray, west: float, south: float, cell: float, points: FloatArray) -> FloatArray:
+    """Surface height under each point, bilinear between cell centres: (N, 3) ENU metres -> (N,), NaN where unknown."""
+    heights = np.full(len(points), math.nan)
+    for index in range(len(points)):
+        u, v = (points[index, 0] - west) / cell - 0.5, (points[index, 1] - south) / cell - 0.5
+        if abs(u) < _FAR and abs(v) < _FAR:
+            square = _square_around(elevation, u, v)
+            if square[0] >= 0:
+                heights[index] = _height_in(elevation, square, u, v)
+    return heights
+
+
+@compiled
 def segment_distance_m(a0: FloatArray, a1: FloatArray, b0: FloatArray, b1: FloatArray) -> float:
     """Smallest distance between two segments in space, metres; each argument (3,) float64.
 
@@ -170,6 +183,38 @@ def segment_distance_m(a0: FloatArray, a1: FloatArray, b0: FloatArray, b1: Float
         t = 0.0 if bb == 0.0 else min(max((s * ab + bw) / bb, 0.0), 1.0)
         best = min(best, float(np.linalg.norm(w + s * da - t * db)))
     return best
+
+
+@compiled
+def come_too_near(
+    start: FloatArray, ends: FloatArray, rival_starts: FloatArray, rival_ends: FloatArray, separation: float
+) -> BoolArray:
+    """Tell which legs come too near to a rival's leg or to where it is, and nearer than their start is already.
+
+    Parameters
+    ----------
+    start : (3,) float64; ends : (N, 3) float64, ENU metres.
+    rival_starts, rival_ends : (M, 3) float64, where each rival is and where its leg ends.
+    separation : metres.
+
+    Returns
+    -------
+    (N,) bool.
+    """
+    near = np.zeros(len(ends), dtype=np.bool_)
+    for rival in range(len(rival_starts)):
+        place, leg_end = rival_starts[rival], rival_ends[rival]
+        to_leg = segment_distance_m(start, start, place, leg_end)
+        to_place = segment_distance_m(start, start, place, place)
+        for index in range(len(ends)):
+            if near[index]:
+                continue
+            apart = segment_distance_m(start, ends[index], place, leg_end)
+            near[index] = apart < separation and apart < to_leg - 0.05
+            if not near[index]:
+                apart = segment_distance_m(start, ends[index], place, place)
+                near[index] = apart < separation and apart < to_place - 0.05
+    return near
 
 
 @compiled

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from vehicle_agent.domain.frames import FloatArray, Point
 from vehicle_agent.domain.grid import Grid
-from vehicle_agent.domain.paths import as_array, leg_clearances, segment_distance_m
+from vehicle_agent.domain.paths import as_array, come_too_near, ground_heights, leg_clearances, segment_distance_m
 from vehicle_agent.domain.polygon import BoolArray
 
 _HEIGHT_SHARES = np.linspace(0.0, 1.0, 17) ** 2
@@ -47,11 +47,15 @@ class Constraints:
     min_above_m, max_above_m
         Height band above the surface, metres; the lower bound holds along a leg, the upper one at its end.
     reach_m
-        Longest leg.
+        Longest leg, measured over ground.
+    stretch
+        How much longer than `reach_m` a leg may be in space.
     separation_m
         Smallest distance to every reservation.
     reservations
         Teammates' legs.
+    ceiling_m
+        Highest that a leg may end, ENU z.
     """
 
     grid: Grid
@@ -61,11 +65,19 @@ class Constraints:
     reach_m: float
     separation_m: float = 0.0
     reservations: tuple[Reservation, ...] = field(default=())
+    stretch: float = 1.5
+    ceiling_m: float = math.inf
 
     def ground_m(self, east_m: float, north_m: float) -> float:
         """Surface height around a point, ENU z; NaN where no vehicle may be."""
-        point = np.array((east_m, north_m, 0.0))
-        return -float(self._clearances(point, point[None, :])[0])
+        return float(self.grounds_m(np.array([[east_m, north_m, 0.0]]))[0])
+
+    def grounds_m(self, points_enu_m: FloatArray) -> FloatArray:
+        """Surface height under points, ENU z: (N, 3) float64 -> (N,); NaN where no vehicle may be."""
+        grid = self.grid
+        points = np.ascontiguousarray(points_enu_m, dtype=np.float64)
+        heights: FloatArray = ground_heights(self.surface_m, grid.west_m, grid.south_m, grid.cell_m, points)
+        return heights
 
     def height_above_ground_m(self, position_enu_m: Point) -> float:
         return position_enu_m[2] - self.ground_m(position_enu_m[0], position_enu_m[1])
@@ -79,14 +91,15 @@ class Constraints:
         clearances = self._clearances(start, ends_enu_m)
         here = float(self._clearances(start, start[None, :])[0])
         floor_m = self.min_above_m if math.isnan(here) else min(self.min_above_m, here)
-        end_heights = np.array([end[2] - self.ground_m(end[0], end[1]) for end in ends_enu_m])
+        end_heights = ends_enu_m[:, 2] - self.grounds_m(ends_enu_m)
         with np.errstate(invalid="ignore"):
             clear = (clearances >= floor_m - 0.05) & (end_heights >= self.min_above_m - 0.05)
-            clear &= (end_heights <= self.max_above_m + 0.05) & (
-                np.linalg.norm(ends_enu_m - start, axis=1) <= 1.5 * self.reach_m + 1e-6
-            )
-        for index in np.flatnonzero(clear):
-            clear[index] = self.conflict(start_enu_m, _point(ends_enu_m[index])) is None
+            clear &= (ends_enu_m[:, 2] <= self.ceiling_m + 0.05) & (end_heights <= self.max_above_m + 0.05)
+            clear &= np.linalg.norm(ends_enu_m - start, axis=1) <= self.stretch * self.reach_m + 1e-6
+        if self.reservations and clear.any():
+            theirs = np.array([reservation.start_enu_m for reservation in self.reservations], dtype=np.float64)
+            there = np.array([reservation.end_enu_m for reservation in self.reservations], dtype=np.float64)
+            clear[clear] = ~come_too_near(start, ends_enu_m[clear], theirs, there, self.separation_m)
         return clear
 
     def fit(self, start_enu_m: Point, end_en_m: tuple[float, float]) -> Point | None:
