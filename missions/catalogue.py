@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from vehicle_agent.mission.load import MissionError, MissionPlan, load_mission
+from vehicle_agent.mission.load import MissionError, MissionPlan, check_task, load_mission
 from vehicle_agent.mission.model import Mission
 
 MISSIONS_DIR = Path(__file__).parent
@@ -37,4 +37,6 @@ def mission_path(file_or_name: str) -> Path:
 
 def load_named_mission(file_or_name: str | Path, change: Callable[[Mission], Mission] | None = None) -> MissionPlan:
     """Load and check a mission given by path or by built-in name; `change` and errors as in `load_mission`."""
-    return load_mission(mission_path(str(file_or_name)), change)
+    plan = load_mission(mission_path(str(file_or_name)), change)
+    check_task(plan)
+    return plan

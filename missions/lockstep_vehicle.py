@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from sim_bridge.fleet import Fleet
-from sim_bridge.modes import CopterMode, LandedState
+from sim_bridge.modes import Behaviour, LandedState
 from sim_bridge.reply import Reply, VehicleSnapshot
-from sim_bridge.vehicle import Copter
+from sim_bridge.vehicle import Vehicle
 from vehicle_agent.mission.load import MissionPlan
 from vehicle_agent.ports import (
     Action,
@@ -30,12 +30,12 @@ from vehicle_agent.ports import (
 
 HEARTBEAT_S = 1.0
 _MODES = {
-    CopterMode.GUIDED: FlightMode.GUIDED,
-    CopterMode.LOITER: FlightMode.HOLD,
-    CopterMode.BRAKE: FlightMode.HOLD,
-    CopterMode.RTL: FlightMode.RETURN,
-    CopterMode.LAND: FlightMode.LAND,
-    CopterMode.AUTO: FlightMode.MISSION,
+    Behaviour.GUIDED: FlightMode.GUIDED,
+    Behaviour.HOLD: FlightMode.HOLD,
+    Behaviour.BRAKE: FlightMode.HOLD,
+    Behaviour.RETURN: FlightMode.RETURN,
+    Behaviour.LAND: FlightMode.LAND,
+    Behaviour.AUTO: FlightMode.MISSION,
 }
 _LANDED = {
     LandedState.ON_GROUND: Landed.ON_GROUND,
@@ -63,7 +63,7 @@ class LockstepVehicle:
         self._heartbeat_due_s = 0.0
 
     @property
-    def _vehicle(self) -> Copter:
+    def _vehicle(self) -> Vehicle:
         return self._fleet.vehicles[self._index]
 
     def take_inbox(self) -> tuple[float, Inbox]:
@@ -96,14 +96,14 @@ def vehicle_state(snapshot: VehicleSnapshot) -> VehicleState:
         heading_deg=snapshot.heading_deg,
         armed=snapshot.armed,
         landed=_LANDED[snapshot.landed],
-        mode=_MODES.get(snapshot.mode, FlightMode.MANUAL),
+        mode=_MODES.get(snapshot.behaviour, FlightMode.MANUAL),
         battery_fraction=snapshot.battery_fraction,
         ready_to_arm=snapshot.ready_to_arm,
         home_enu_m=snapshot.home_enu_m,
     )
 
 
-def _order(vehicle: Copter, order: Order) -> Reply:
+def _order(vehicle: Vehicle, order: Order) -> Reply:
     match order:
         case SetParameter(name, value):
             return vehicle.set_parameter(name, value)

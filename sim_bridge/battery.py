@@ -1,4 +1,4 @@
-"""A battery that drains in proportion to flying time."""
+"""A battery that drains with the work that is done."""
 
 from __future__ import annotations
 
@@ -7,8 +7,10 @@ from dataclasses import dataclass
 FULL_VOLT = 25.2
 EMPTY_VOLT = 21.0
 """Six lithium-polymer cells, linear in between."""
-IDLE_SHARE = 0.05
-"""Draw of idling motors against hovering."""
+IDLE_LOAD = 0.05
+"""Draw of idling motors against the draw for which `endurance_s` is given."""
+FAILED_FRACTION = 0.03
+"""What is left after a cell has failed."""
 
 
 @dataclass(slots=True)
@@ -18,7 +20,7 @@ class Battery:
     Attributes
     ----------
     endurance_s
-        Flying time of a full battery.
+        How long a full battery lasts at a load of 1: hovering, or full speed on or in the water.
     remaining
         Share of charge left, in [0, 1].
     """
@@ -27,10 +29,13 @@ class Battery:
     remaining: float = 1.0
     current_a: float = 0.0
 
-    def drain(self, dt_s: float, armed: bool, airborne: bool, capacity_mah: float) -> None:
-        share = (1.0 if airborne else IDLE_SHARE) if armed else 0.0
-        self.current_a = share * capacity_mah * 3.6 / self.endurance_s
-        self.remaining = max(0.0, self.remaining - share * dt_s / self.endurance_s)
+    def drain(self, dt_s: float, load: float, capacity_mah: float) -> None:
+        self.current_a = load * capacity_mah * 3.6 / self.endurance_s
+        self.remaining = max(0.0, self.remaining - load * dt_s / self.endurance_s)
+
+    def fail(self) -> None:
+        """Lose a cell: next to nothing is left."""
+        self.remaining = min(self.remaining, FAILED_FRACTION)
 
     @property
     def voltage_v(self) -> float:

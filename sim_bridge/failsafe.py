@@ -1,27 +1,28 @@
-"""The copter's failsafes, with ArduCopter's conditions, texts and parameters."""
+"""Failsafes: what each watches for, when it trips, and what is done then, in ArduPilot's words."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from sim_bridge.modes import PILOTED, CopterMode, LandedState
+from sim_bridge.modes import LandedState
+from sim_bridge.personality import ACTION_BEHAVIOURS, Action
 
 if TYPE_CHECKING:
-    from sim_bridge.vehicle import Copter
+    from sim_bridge.vehicle import Vehicle
 
-CONTINUE_IF_LANDING = 8
-CONTINUE_IF_PILOTED = 16
-"""Bits of FS_OPTIONS."""
+_CRITICAL = 2
 _WARNING = 4
-_GCS_ACTIONS = {4: CopterMode.LAND, 5: CopterMode.LAND, 7: CopterMode.BRAKE}
-"""FS_GCS_ENABLE to flight mode; every other value but 0 returns home."""
-_BATTERY_ACTIONS = {1: CopterMode.LAND, 2: CopterMode.RTL, 3: CopterMode.RTL, 4: CopterMode.RTL}
+_NOTICE = 5
+FENCE_PERIOD_S = 0.2
+LEAK_REMINDER_S = 20.0
+LOST_POSITION_S = 5.0
+"""Dead reckoning for longer than this is no position."""
 
 
 @dataclass(slots=True)
 class ControllerWatch:
-    """Watches the heartbeats of the system SYSID_MYGCS, once it has been heard (ArduCopter's GCS failsafe)."""
+    """Watches the heartbeats of the controlling system, once it has been heard."""
 
     active: bool = False
     last_heard_s: float | None = None
@@ -29,23 +30,22 @@ class ControllerWatch:
     def heard(self, time_s: float) -> None:
         self.last_heard_s = time_s
 
-    def check(self, copter: Copter) -> None:
-        enabled = int(copter.parameters["FS_GCS_ENABLE"])
-        if enabled == 0 or self.last_heard_s is None:
+    def check(self, vehicle: Vehicle, time_s: float) -> None:
+        settings = vehicle.settings
+        if settings.controller_action is None or self.last_heard_s is None:
             return
-        silent_s = copter.clock.time_s - self.last_heard_s
-        timeout_s = copter.parameters["FS_GCS_TIMEOUT"]
-        if silent_s < timeout_s and self.active:
+        silent_s = time_s - self.last_heard_s
+        if silent_s < settings.controller_timeout_s and self.active:
             self.active = False
-            copter.say(_WARNING, "GCS Failsafe Cleared")
-        elif silent_s > timeout_s and not self.active:
+            vehicle.say(_WARNING, "GCS Failsafe Cleared")
+        elif silent_s > settings.controller_timeout_s and not self.active:
             self.active = True
-            act(copter, "GCS", _GCS_ACTIONS.get(enabled, CopterMode.RTL))
+            act(vehicle, "GCS", settings.controller_action)
 
 
 @dataclass(slots=True)
 class BatteryWatch:
-    """Returns home on a low battery and lands on a critical one; each once."""
+    """Acts on a low battery and on a critical one; each once."""
 
     level: int = 0
     """0 good, 1 low, 2 critical."""
@@ -54,32 +54,130 @@ class BatteryWatch:
     def active(self) -> bool:
         return self.level > 0
 
-    def check(self, copter: Copter) -> None:
-        parameters = copter.parameters
-        left_mah = copter.battery.remaining * parameters["BATT_CAPACITY"]
-        level = 2 if left_mah < parameters["BATT_CRT_MAH"] else 1 if left_mah < parameters["BATT_LOW_MAH"] else 0
+    def check(self, vehicle: Vehicle, time_s: float) -> None:
+        settings, battery = vehicle.settings, vehicle.battery
+        left_mah = battery.remaining * settings.capacity_mah
+        level = 2 if left_mah < settings.critical_mah else 1 if left_mah < settings.low_mah else 0
         if level <= self.level:
             return
         self.level = level
-        word, name = (("critical", "BATT_FS_CRT_ACT"), ("low", "BATT_FS_LOW_ACT"))[0 if level == 2 else 1]
-        used_mah = (1.0 - copter.battery.remaining) * parameters["BATT_CAPACITY"]
-        copter.say(_WARNING, f"Battery 1 is {word} {copter.battery.voltage_v:.2f}V used {used_mah:.0f} mAh")
-        act(copter, "Battery", _BATTERY_ACTIONS.get(int(parameters[name])))
+        word, action = (
+            ("critical", settings.critical_battery_action) if level == 2 else ("low", settings.low_battery_action)
+        )
+        used_mah = (1.0 - battery.remaining) * settings.capacity_mah
+        vehicle.say(_WARNING, f"Battery 1 is {word} {battery.voltage_v:.2f}V used {used_mah:.0f} mAh")
+        act(vehicle, "Battery", action)
 
 
-def act(copter: Copter, name: str, mode: CopterMode | None) -> None:
+@dataclass(slots=True)
+class FenceWatch:
+    """Acts when the vehicle leaves its fence, anew at every new breach."""
+
+    breached: str | None = None
+    _due_s: float = 0.0
+
+    @property
+    def active(self) -> bool:
+        return self.breached is not None
+
+    def check(self, vehicle: Vehicle, time_s: float) -> None:
+        settings = vehicle.settings.fence
+        if settings.action is None:
+            self.breached = None
+            return
+        if time_s < self._due_s:
+            return
+        self._due_s = time_s + FENCE_PERIOD_S - 1e-6
+        part = vehicle.fence_breach()
+        if part == self.breached:
+            return
+        if part is None:
+            vehicle.say(_NOTICE, f"{self.breached} fence cleared")
+        elif vehicle.armed and not vehicle.landed:
+            vehicle.say(_NOTICE, f"{part} fence breached")
+            if settings.action is not Action.WARN:
+                take(vehicle, settings.action)
+        else:
+            return
+        self.breached = part
+
+
+@dataclass(slots=True)
+class PositionWatch:
+    """Acts when the vehicle has had no position fix for too long while a mode needs one."""
+
+    active: bool = False
+    _since_s: float | None = None
+
+    def check(self, vehicle: Vehicle, time_s: float) -> None:
+        if not vehicle.fix_lost:
+            if self.active:
+                vehicle.say(_WARNING, "EKF Failsafe Cleared")
+            self.active, self._since_s = False, None
+            return
+        if self._since_s is None:
+            self._since_s = time_s
+        if self.active or time_s - self._since_s < LOST_POSITION_S:
+            return
+        self.active = True
+        if not vehicle.armed or vehicle.landed or not vehicle.traits.needs_position:
+            return
+        vehicle.say(_CRITICAL, "EKF variance")
+        action = vehicle.settings.lost_position_action
+        if action is None or action is Action.WARN:
+            vehicle.say(_CRITICAL, "EKF Failsafe")
+            return
+        take(vehicle, action)
+        vehicle.say(_CRITICAL, f"EKF Failsafe: changed to {vehicle.traits.title} Mode")
+
+
+@dataclass(slots=True)
+class LeakWatch:
+    """Acts on water inside the hull; the warning comes again every `LEAK_REMINDER_S`."""
+
+    active: bool = False
+    _due_s: float = 0.0
+
+    def check(self, vehicle: Vehicle, time_s: float) -> None:
+        if not vehicle.leaking:
+            self.active = False
+            return
+        action = vehicle.settings.leak_action
+        if action is None:
+            return
+        if time_s >= self._due_s:
+            self._due_s = time_s + LEAK_REMINDER_S
+            vehicle.say(_CRITICAL, "Leak Detected")
+        if not self.active:
+            self.active = True
+            if vehicle.armed and action is not Action.WARN:
+                take(vehicle, action)
+
+
+def act(vehicle: Vehicle, name: str, action: Action | None) -> None:
     """Announce a failsafe and do what it asks for, with ArduCopter's exceptions."""
-    options = int(copter.parameters["FS_OPTIONS"])
-    if not copter.armed:
-        copter.say(_WARNING, f"{name} Failsafe")
-    elif copter.landed:
-        copter.say(_WARNING, f"{name} Failsafe - Disarming")
-        copter.disarm()
-    elif copter.landed_state is LandedState.LANDING and options & CONTINUE_IF_LANDING:
-        copter.say(_WARNING, f"{name} Failsafe - Continuing Landing")
-    elif name == "GCS" and copter.mode in PILOTED and options & CONTINUE_IF_PILOTED:
-        copter.say(_WARNING, f"{name} Failsafe - Continuing Pilot Control")
+    settings = vehicle.settings
+    if not vehicle.armed:
+        vehicle.say(_WARNING, f"{name} Failsafe")
+    elif vehicle.landed:
+        vehicle.say(_WARNING, f"{name} Failsafe - Disarming")
+        vehicle.disarm()
+    elif vehicle.landed_state is LandedState.LANDING and settings.continue_landing:
+        vehicle.say(_WARNING, f"{name} Failsafe - Continuing Landing")
+    elif name == "GCS" and vehicle.traits.flown_by_pilot and settings.continue_piloted:
+        vehicle.say(_WARNING, f"{name} Failsafe - Continuing Pilot Control")
     else:
-        copter.say(_WARNING, f"{name} Failsafe")
-        if mode is not None and not copter.set_mode(mode).accepted:
-            copter.set_mode(CopterMode.LAND)
+        vehicle.say(_WARNING, f"{name} Failsafe")
+        take(vehicle, action)
+
+
+def take(vehicle: Vehicle, action: Action | None) -> None:
+    """Change to the mode of an action, or to the vehicle's last resort when that cannot be entered."""
+    if action is None or action is Action.WARN:
+        return
+    if action is Action.DISARM:
+        vehicle.disarm(force=True)
+        return
+    behaviour = ACTION_BEHAVIOURS[action]
+    if not vehicle.enter(behaviour).accepted:
+        vehicle.enter(vehicle.last_resort)

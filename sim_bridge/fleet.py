@@ -6,19 +6,21 @@ import math
 
 import numpy as np
 
-from sim_bridge.battery import Battery
 from sim_bridge.clock import SimClock
 from sim_bridge.dynamics import Bodies
-from sim_bridge.parameter_sets.copter import copter_rows
-from sim_bridge.parameters import ParameterTable
+from sim_bridge.environment import Environment
+from sim_bridge.faults import FaultBoard
+from sim_bridge.navigation import Navigation
 from sim_bridge.referee import Referee
-from sim_bridge.vehicle import Copter
+from sim_bridge.vehicles.build import body_kind, new_vehicle
 from sim_bridge.world import World
 from vehicle_agent.domain.elevation import CellObservations
 from vehicle_agent.mission.load import MissionPlan
 
 STEP_US = 50_000
 """Longest physical step, microseconds."""
+WEATHER_KEY, NAVIGATION_KEY = 1100, 1200
+"""First part of the keys of the random streams, apart from the vehicles' own, which are their indices."""
 
 
 class Fleet:
@@ -29,7 +31,7 @@ class Fleet:
     clock
         The one clock of all vehicles.
     vehicles
-        By team index; each takes orders and tells its state, see `Copter`.
+        By team index; each takes orders and tells its state, see `Vehicle`.
     referee
         What the truth says about separation and the fence.
 
@@ -48,18 +50,20 @@ class Fleet:
         self.plan = plan
         self.world = world
         self.clock = SimClock()
-        self.bodies = Bodies(world, np.array([v.start_enu_m[:2] for v in mission.vehicles], dtype=np.float64))
-        self.vehicles = tuple(
-            Copter(
-                index,
-                self.bodies,
-                self.clock,
-                ParameterTable(copter_rows(), {"SYSID_THISMAV": plan.system_id(index)}),
-                Battery(mission.simulation.endurance_s),
-                mission.simulation.ready_after_s,
-            )
-            for index in range(len(mission.vehicles))
+        starts_en_m = np.array([v.start_enu_m[:2] for v in mission.vehicles], dtype=np.float64)
+        kinds = np.array([body_kind(table) for table in mission.vehicles], dtype=np.int64)
+        self.bodies = Bodies(world, starts_en_m, kinds, mission.simulation.water_level_m)
+        count = len(mission.vehicles)
+        self._environment = Environment(
+            mission.simulation, self.bodies, [_stream(mission.seed, WEATHER_KEY, index) for index in range(count)]
         )
+        self.navigation = Navigation(
+            self.bodies,
+            mission.simulation.gps_noise_m,
+            [_stream(mission.seed, NAVIGATION_KEY, index) for index in range(count)],
+        )
+        self.vehicles = tuple(new_vehicle(plan, index, self.bodies, self.clock) for index in range(count))
+        self.faults = FaultBoard(plan, self.vehicles, self.navigation)
         self.referee = Referee(plan.fence_en_m)
 
     @property
@@ -80,7 +84,10 @@ class Fleet:
     def _step(self, step_us: int) -> None:
         dt_s = step_us * 1e-6
         self.clock.elapsed_us += step_us
+        self._environment.advance(dt_s)
         self.bodies.advance(dt_s)
+        self.navigation.advance(dt_s)
+        self.faults.tick(self.clock.time_s)
         for vehicle in self.vehicles:
             vehicle.update(dt_s)
         airborne = np.array([not vehicle.landed for vehicle in self.vehicles])
@@ -89,7 +96,7 @@ class Fleet:
     def scan(self, index: int) -> CellObservations:
         """What vehicle `index`'s sensor sees of the true surface now."""
         return self.world.scan(
-            self.vehicles[index].pilot.position_enu_m,
+            self.vehicles[index].true_position_enu_m,
             self.plan.mission.vehicles[index].sensor.range_m,
             self.clock.unix_ms,
         )
@@ -104,5 +111,9 @@ class Fleet:
         home = self.vehicles[index].home_enu_m
         if home is None:
             return 0.0
-        east_m, north_m, _ = self.vehicles[index].pilot.position_enu_m
+        east_m, north_m, _ = self.vehicles[index].true_position_enu_m
         return math.hypot(east_m - home[0], north_m - home[1])
+
+
+def _stream(seed: int, key: int, index: int) -> np.random.Generator:
+    return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(key, index)))

@@ -5,14 +5,13 @@ Numbers are MAVLink's: `MissionCommand` is MAV_CMD, frames are MAV_FRAME, latitu
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from enum import IntEnum
 
 import numpy as np
 
-from vehicle_agent.domain.frames import Datum, FloatArray, Geodetic, Point
-from vehicle_agent.domain.polygon import points_inside
+from sim_bridge.fence import CircleZone, PolygonZone, Zone
+from vehicle_agent.domain.frames import Datum, Geodetic, Point
 
 FRAME_GLOBAL = 0
 FRAME_MISSION = 2
@@ -95,31 +94,6 @@ class PlanItem:
         return self.x != 0 or self.y != 0
 
 
-@dataclass(frozen=True, slots=True)
-class FenceZone:
-    """An area in which the vehicle has to stay, or from which it has to stay away.
-
-    Attributes
-    ----------
-    inclusion
-        True: stay inside.
-    corners_en_m
-        (V, 2) float64 of a polygon, ENU metres; None for a circle.
-    centre_en_m, radius_m
-        Of a circle.
-    """
-
-    inclusion: bool
-    corners_en_m: FloatArray | None = None
-    centre_en_m: tuple[float, float] = (0.0, 0.0)
-    radius_m: float = 0.0
-
-    def contains(self, east_m: float, north_m: float) -> bool:
-        if self.corners_en_m is None:
-            return math.hypot(east_m - self.centre_en_m[0], north_m - self.centre_en_m[1]) <= self.radius_m
-        return bool(points_inside(np.array([[east_m, north_m]]), self.corners_en_m)[0])
-
-
 class FlightPlan:
     """The three lists of one vehicle.
 
@@ -142,7 +116,7 @@ class FlightPlan:
         self.mission: tuple[PlanItem, ...] = ()
         self.fence: tuple[PlanItem, ...] = ()
         self.rally: tuple[PlanItem, ...] = ()
-        self.fence_zones: tuple[FenceZone, ...] = ()
+        self.fence_zones: tuple[Zone, ...] = ()
         self.changes = 0
 
     def set_mission(self, items: tuple[PlanItem, ...]) -> None:
@@ -151,13 +125,13 @@ class FlightPlan:
 
     def set_fence(self, items: tuple[PlanItem, ...]) -> None:
         """Replace the fence; ValueError, and the old one stays, when a polygon has not the corners that it tells."""
-        zones = []
+        zones: list[Zone] = []
         rest = [item for item in items if item.command != _C.FENCE_RETURN_POINT]
         while rest:
             first = rest[0]
             inclusion = first.command in INCLUSIONS
             if first.command in CIRCLES:
-                zones.append(FenceZone(inclusion, None, self.place_en_m(first), first.parameters[0]))
+                zones.append(CircleZone(inclusion, *self.place_en_m(first), first.parameters[0]))
                 rest = rest[1:]
                 continue
             count = int(first.parameters[0])
@@ -167,16 +141,9 @@ class FlightPlan:
             )
             if count < 3 or not fits:
                 raise ValueError(f"a polygon tells {count} corners and has not so many")
-            zones.append(FenceZone(inclusion, np.array([self.place_en_m(corner) for corner in corners])))
+            zones.append(PolygonZone(inclusion, np.array([self.place_en_m(corner) for corner in corners])))
             rest = rest[count:]
         self.fence, self.fence_zones = items, tuple(zones)
-
-    def breaks_fence(self, east_m: float, north_m: float) -> bool:
-        """Whether a place lies outside of what the fence allows: outside all inclusions, or inside an exclusion."""
-        inclusions = [zone for zone in self.fence_zones if zone.inclusion]
-        if inclusions and not all(zone.contains(east_m, north_m) for zone in inclusions):
-            return True
-        return any(zone.contains(east_m, north_m) for zone in self.fence_zones if not zone.inclusion)
 
     def place_enu_m(self, item: PlanItem, home_up_m: float, ground_up_m: float) -> Point:
         """Where an item is, given the heights that its frame may count from."""

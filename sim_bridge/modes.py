@@ -1,43 +1,63 @@
-"""ArduCopter's flight modes, as far as the simulated copter knows them, and what each demands."""
+"""What a vehicle does in a flight mode, apart from how its autopilot numbers and names that mode."""
 
 from __future__ import annotations
 
-from enum import IntEnum
+from dataclasses import dataclass
+from enum import Enum, IntEnum
 
 
-class CopterMode(IntEnum):
-    """ArduCopter's `custom_mode` numbers."""
+class Behaviour(Enum):
+    """What an autopilot makes of a flight mode; the pilot's sticks, where they count, are centred."""
 
-    STABILIZE = 0
-    ALT_HOLD = 2
-    AUTO = 3
-    GUIDED = 4
-    LOITER = 5
-    RTL = 6
-    LAND = 9
-    BRAKE = 17
+    PILOTED = "piloted"
+    """Holds what its sticks ask for: nothing."""
+    DEPTH_HOLD = "depth hold"
+    """Keeps its height and drifts."""
+    HOLD = "hold"
+    """Stops and stays."""
+    BRAKE = "brake"
+    """Stops as hard as it can and stays."""
+    GUIDED = "guided"
+    """Follows targets from a companion computer."""
+    AUTO = "auto"
+    """Flies the mission that it holds."""
+    TAKE_OFF = "take off"
+    RETURN = "return"
+    LAND = "land"
+    SURFACE = "surface"
+    STARTING = "starting"
 
 
 class LandedState(IntEnum):
     """MAVLink's MAV_LANDED_STATE."""
 
+    UNDEFINED = 0
     ON_GROUND = 1
     IN_AIR = 2
     TAKING_OFF = 3
     LANDING = 4
 
 
-MODE_TITLES = {
-    CopterMode.STABILIZE: "STABILIZE",
-    CopterMode.ALT_HOLD: "ALT_HOLD",
-    CopterMode.AUTO: "AUTO",
-    CopterMode.GUIDED: "GUIDED",
-    CopterMode.LOITER: "LOITER",
-    CopterMode.RTL: "RTL",
-    CopterMode.LAND: "LAND",
-    CopterMode.BRAKE: "BRAKE",
-}
-NEEDS_POSITION = frozenset({CopterMode.AUTO, CopterMode.GUIDED, CopterMode.LOITER, CopterMode.RTL, CopterMode.BRAKE})
-ARMABLE = frozenset({CopterMode.STABILIZE, CopterMode.ALT_HOLD, CopterMode.GUIDED, CopterMode.LOITER})
-PILOTED = frozenset({CopterMode.STABILIZE, CopterMode.ALT_HOLD, CopterMode.LOITER, CopterMode.BRAKE})
-"""No autopilot modes in ArduCopter's eyes: by default it leaves them alone when the GCS falls silent."""
+@dataclass(frozen=True, slots=True)
+class ModeTraits:
+    """What belongs to one flight mode of one autopilot.
+
+    Attributes
+    ----------
+    title
+        As its status texts call it.
+    behaviour
+        What the vehicle does in it.
+    needs_position
+        Whether it cannot be entered without a position.
+    armable
+        Whether the motors may be started in it.
+    flown_by_pilot
+        Whether failsafes take it for a mode in which a pilot flies.
+    """
+
+    title: str
+    behaviour: Behaviour
+    needs_position: bool = False
+    armable: bool = False
+    flown_by_pilot: bool = False

@@ -62,7 +62,7 @@ class Payload:
 
     def _publish_body(self, index: int) -> None:
         vehicle = self._fleet.vehicles[index]
-        east, north, up = (round(metres * 100) for metres in vehicle.pilot.position_enu_m)
+        east, north, up = (round(metres * 100) for metres in vehicle.true_position_enu_m)
         report = BodyReport(
             **self._header(),  # type: ignore[arg-type]
             vehicle=self._fleet.plan.vehicle_names[index],

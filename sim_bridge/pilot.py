@@ -1,9 +1,8 @@
-"""How the copter steers in each flight mode: targets and rates for its body, step by step."""
+"""How a vehicle steers: targets and limits for its body. Positions are those it believes in, not the true ones."""
 
 from __future__ import annotations
 
 import math
-from enum import Enum
 
 import numpy as np
 
@@ -14,29 +13,19 @@ from sim_bridge.dynamics import (
     POSITION_GAIN_1_S,
     SINK,
     SPEED,
+    TURN_RADIUS,
     VERTICAL_ACCELERATION,
     Bodies,
     Motion,
 )
-from sim_bridge.parameters import ParameterTable
+from sim_bridge.personality import Settings
 from vehicle_agent.domain.frames import Point
 
 ARRIVED_M = 0.5
 """Distance at which a climb counts as finished."""
-_SLOWEST = np.array([0.1, 0.1, 0.1, 0.5, 0.5])
-_FASTEST = np.array([100.0, 50.0, 50.0, 20.0, 20.0])
+_SLOWEST = np.array([0.1, 0.1, 0.1, 0.1, 0.1, 0.0])
+_FASTEST = np.array([100.0, 50.0, 50.0, 20.0, 20.0, 1000.0])
 """What a body can do, whatever its parameters say; columns as in `Bodies.limits`."""
-MIN_CONE_SLOPE = 0.5
-"""RTL_CONE_SLOPE below this is ignored, as ArduPilot does."""
-
-
-class ReturnPhase(Enum):
-    """Where a return stands."""
-
-    CLIMB = "climb"
-    TRAVEL = "travel"
-    LOITER = "loiter"
-    DESCEND = "descend"
 
 
 class Pilot:
@@ -44,35 +33,32 @@ class Pilot:
 
     Attributes
     ----------
+    settings
+        Limits from the parameters; call `refresh_limits` after setting them.
     taking_off
         True from the order to climb until the height is reached.
-    return_phase
-        Where a return stands; None outside of one.
     commanded_speed_m_s
-        Speed asked for during this flight mode; None: WPNAV_SPEED.
+        Speed asked for during this flight mode; None: that of the settings.
+    broken
+        Its motors no longer pull, whatever is asked.
     """
 
-    __slots__ = (
-        "_bodies", "_index", "_loiter_until_s", "_parameters", "_return_to", "_return_up_m", "commanded_speed_m_s",
-        "return_phase", "taking_off",
-    )  # fmt: skip
+    __slots__ = ("_bodies", "_index", "broken", "commanded_speed_m_s", "settings", "taking_off")
 
-    def __init__(self, bodies: Bodies, index: int, parameters: ParameterTable) -> None:
+    def __init__(self, bodies: Bodies, index: int, settings: Settings) -> None:
         self._bodies = bodies
         self._index = index
-        self._parameters = parameters
-        self._return_to: Point = (0.0, 0.0, 0.0)
-        self._return_up_m = 0.0
-        self._loiter_until_s = math.inf
+        self.settings = settings
         self.taking_off = False
-        self.return_phase: ReturnPhase | None = None
+        self.broken = False
         self.commanded_speed_m_s: float | None = None
         self.refresh_limits()
 
     @property
     def position_enu_m(self) -> Point:
-        east, north, up = self._bodies.position_enu_m[self._index].tolist()
-        return (east, north, up)
+        """Where it believes to be."""
+        true, error = self._bodies.position_enu_m[self._index].tolist(), self._bodies.error_m[self._index].tolist()
+        return (true[0] + error[0], true[1] + error[1], true[2] + error[2])
 
     @property
     def velocity_enu_m_s(self) -> Point:
@@ -81,7 +67,7 @@ class Pilot:
 
     @property
     def target_enu_m(self) -> Point | None:
-        """Where the body is flying to; None unless it flies to a point."""
+        """Where the body is going to; None unless it goes to a point."""
         if self._bodies.motion[self._index] != Motion.POSITION:
             return None
         east, north, up = self._bodies.target[self._index].tolist()
@@ -94,37 +80,42 @@ class Pilot:
     def height_above_ground_m(self) -> float:
         return float(self._bodies.position_enu_m[self._index, 2] - self._bodies.ground_m[self._index])
 
-    def refresh_limits(self) -> None:
-        """Take speeds and accelerations from the parameters (centimetres) and the commanded speed."""
-        parameters, limits = self._parameters, self._bodies.limits[self._index]
-        speed = parameters["WPNAV_SPEED"] / 100.0
-        if self.return_phase is not None and parameters["RTL_SPEED"] > 0:
-            speed = parameters["RTL_SPEED"] / 100.0
-        limits[SPEED] = speed if self.commanded_speed_m_s is None else self.commanded_speed_m_s
-        limits[CLIMB] = parameters["WPNAV_SPEED_UP"] / 100.0
-        limits[SINK] = parameters["WPNAV_SPEED_DN"] / 100.0
-        limits[ACCELERATION] = parameters["WPNAV_ACCEL"] / 100.0
-        limits[VERTICAL_ACCELERATION] = parameters["WPNAV_ACCEL_Z"] / 100.0
+    def refresh_limits(self, speed_m_s: float = 0.0) -> None:
+        """Take limits from the settings, the commanded speed, or a speed that a manoeuvre asks for (0: none)."""
+        settings, limits = self.settings, self._bodies.limits[self._index]
+        limits[SPEED] = self.commanded_speed_m_s or speed_m_s or settings.speed_m_s
+        limits[CLIMB] = settings.climb_m_s
+        limits[SINK] = settings.sink_m_s
+        limits[ACCELERATION] = settings.acceleration_m_s2
+        limits[VERTICAL_ACCELERATION] = settings.vertical_acceleration_m_s2
+        limits[TURN_RADIUS] = settings.turn_radius_m
         np.clip(limits, _SLOWEST, _FASTEST, out=limits)
 
     def begin_mode(self) -> None:
         """Forget what belonged to the flight mode before this one."""
         self.taking_off = False
-        self.return_phase = None
         self.commanded_speed_m_s = None
         self.refresh_limits()
 
+    def _move(self, motion: Motion) -> None:
+        self._bodies.motion[self._index] = Motion.OFF if self.broken else motion
+
     def rest(self) -> None:
-        """Stop pulling: the body stands, or falls."""
-        self._bodies.motion[self._index] = Motion.OFF
+        """Stop pulling: the body stands, falls or drifts."""
+        self._move(Motion.OFF)
 
     def fly_to(self, target_enu_m: Point) -> None:
-        self._bodies.motion[self._index] = Motion.POSITION
+        self._move(Motion.POSITION)
         self._bodies.target[self._index] = target_enu_m
 
     def fly_with(self, velocity_enu_m_s: Point) -> None:
-        self._bodies.motion[self._index] = Motion.VELOCITY
+        self._move(Motion.VELOCITY)
         self._bodies.target[self._index] = velocity_enu_m_s
+
+    def keep_height(self) -> None:
+        """Keep the present height and drift."""
+        self._bodies.target[self._index] = self.position_enu_m
+        self._move(Motion.KEEP_HEIGHT)
 
     def climb_to(self, up_m: float) -> None:
         """Begin a take-off straight up."""
@@ -134,13 +125,13 @@ class Pilot:
 
     def stop(self) -> None:
         """Brake and stay where braking ends."""
-        self.fly_to(self._stopping_point())
+        self.fly_to(self.stopping_point())
 
-    def _stopping_point(self) -> Point:
-        position = self._bodies.position_enu_m[self._index]
+    def stopping_point(self) -> Point:
+        """Where it would come to rest by braking now."""
         velocity = self._bodies.velocity_enu_m_s[self._index]
         limits = self._bodies.limits[self._index]
-        point = position.copy()
+        point = np.array(self.position_enu_m)
         pace = float(np.hypot(velocity[0], velocity[1]))
         if pace > 0.0:
             point[:2] += velocity[:2] / pace * _stopping_distance_m(pace, float(limits[ACCELERATION]))
@@ -151,53 +142,19 @@ class Pilot:
 
     def begin_landing(self) -> None:
         """Land where braking ends."""
-        self._bodies.target[self._index] = self._stopping_point()
+        self._bodies.target[self._index] = self.stopping_point()
         self.descend()
 
     def descend(self) -> None:
-        """Sink towards the ground, slowing down to LAND_SPEED at LAND_ALT_LOW as a rangefinder would have it."""
-        parameters, limits = self._parameters, self._bodies.limits[self._index]
-        touchdown = max(0.1, parameters["LAND_SPEED"] / 100.0)
-        fastest = parameters["LAND_SPEED_HIGH"] / 100.0 or parameters["WPNAV_SPEED_DN"] / 100.0
-        above_m = max(0.0, self.height_above_ground_m() - parameters["LAND_ALT_LOW"] / 100.0)
+        """Sink towards the ground, slowing down to the touchdown speed as a rangefinder would have it."""
+        settings, limits = self.settings, self._bodies.limits[self._index]
+        touchdown = max(0.1, settings.land_speed_m_s)
+        fastest = settings.land_speed_high_m_s or settings.sink_m_s
+        above_m = max(0.0, self.height_above_ground_m() - settings.land_slow_below_m)
         braking = BRAKING_SHARE * float(limits[VERTICAL_ACCELERATION])
         rate = max(touchdown, min(fastest, math.sqrt(touchdown**2 + 2.0 * braking * above_m)))
         limits[SINK] = min(rate, float(_FASTEST[SINK]))
-        self._bodies.motion[self._index] = Motion.DESCEND
-
-    def begin_return(self, home_enu_m: Point) -> None:
-        """Begin ArduPilot's RTL: climb to max(here, home + RTL_ALT), less close to home by RTL_CONE_SLOPE."""
-        parameters = self._parameters
-        east_m, north_m, _ = self._stopping_point()
-        here_m = self.position_enu_m[2] - home_enu_m[2]
-        lowest_m = max(0.0, here_m + max(0.0, parameters["RTL_CLIMB_MIN"] / 100.0))
-        height_m = max(lowest_m, parameters["RTL_ALT"] / 100.0)
-        slope = parameters["RTL_CONE_SLOPE"]
-        if slope >= MIN_CONE_SLOPE:
-            distance_m = math.hypot(east_m - home_enu_m[0], north_m - home_enu_m[1])
-            height_m = min(height_m, max(distance_m * slope, lowest_m))
-        self._return_to = home_enu_m
-        self._return_up_m = home_enu_m[2] + height_m
-        self._loiter_until_s = math.inf
-        self.return_phase = ReturnPhase.CLIMB
-        self.refresh_limits()
-        self.fly_to((east_m, north_m, self._return_up_m))
-
-    def fly_return(self, time_s: float) -> None:
-        """Carry a return on by one step."""
-        east_m, north_m, up_m = self.position_enu_m
-        home_east_m, home_north_m, _ = self._return_to
-        if self.return_phase is ReturnPhase.CLIMB and abs(up_m - self._return_up_m) < ARRIVED_M:
-            self.return_phase = ReturnPhase.TRAVEL
-            self.fly_to((home_east_m, home_north_m, self._return_up_m))
-        elif self.return_phase is ReturnPhase.TRAVEL:
-            if math.hypot(east_m - home_east_m, north_m - home_north_m) < self._parameters["WPNAV_RADIUS"] / 100.0:
-                self.return_phase = ReturnPhase.LOITER
-                self._loiter_until_s = time_s + self._parameters["RTL_LOIT_TIME"] / 1000.0
-        elif self.return_phase is ReturnPhase.LOITER and time_s >= self._loiter_until_s:
-            self.return_phase = ReturnPhase.DESCEND
-        if self.return_phase is ReturnPhase.DESCEND:
-            self.descend()
+        self._move(Motion.DESCEND)
 
 
 def _stopping_distance_m(speed_m_s: float, acceleration_m_s2: float) -> float:

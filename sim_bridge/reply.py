@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import IntEnum
 
-from sim_bridge.modes import CopterMode, LandedState
+from sim_bridge.modes import Behaviour, LandedState
 from vehicle_agent.domain.frames import Point
 
 
@@ -17,6 +17,7 @@ class Outcome(IntEnum):
     DENIED = 2
     UNSUPPORTED = 3
     FAILED = 4
+    IN_PROGRESS = 5
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +55,8 @@ class VehicleSnapshot:
         The same instant in Unix milliseconds.
     heading_deg
         Clockwise from north, [0, 360).
+    mode, behaviour
+        The flight mode as its autopilot numbers it, and what it does in it.
     battery_fraction
         Remaining charge in [0, 1].
     home_enu_m
@@ -69,7 +72,8 @@ class VehicleSnapshot:
     heading_deg: float
     armed: bool
     landed: LandedState
-    mode: CopterMode
+    mode: IntEnum
+    behaviour: Behaviour
     battery_fraction: float
     home_enu_m: Point | None
     ready_to_arm: bool

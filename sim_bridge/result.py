@@ -18,7 +18,7 @@ def result_of(fleet: Fleet, late_ticks: int) -> dict[str, Any]:
     return {
         "vehicles": {
             name: {
-                "position_enu_m": [round(metres, 2) for metres in vehicle.pilot.position_enu_m],
+                "position_enu_m": [round(metres, 2) for metres in vehicle.true_position_enu_m],
                 "armed": vehicle.armed,
                 "has_flown": vehicle.has_flown,
                 "crashed": vehicle.crashed,

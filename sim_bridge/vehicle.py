@@ -1,103 +1,170 @@
-"""One simulated copter: arming, flight modes, orders, battery and failsafes, without any I/O.
+"""What all simulated vehicles have in common: arming, flight modes, orders, start-up and failsafes; no I/O.
 
-It behaves as ArduCopter does wherever the two can be compared; where ArduCopter needs a pilot's sticks, they are
-centred. For landing it is taken to carry a rangefinder, so it touches down softly on any ground.
+How a kind of vehicle moves stands in `sim_bridge.vehicles`, what differs between autopilots in
+`sim_bridge.personalities`. Where a pilot's sticks count they are centred.
 """
 
 from __future__ import annotations
 
 import math
+from enum import IntEnum
 
+from sim_bridge.auto_flight import AutoFlight, MissionState
 from sim_bridge.battery import Battery
 from sim_bridge.clock import SimClock
 from sim_bridge.dynamics import Bodies
-from sim_bridge.failsafe import BatteryWatch, ControllerWatch
-from sim_bridge.modes import ARMABLE, MODE_TITLES, NEEDS_POSITION, CopterMode, LandedState
+from sim_bridge.failsafe import BatteryWatch, ControllerWatch, FenceWatch, LeakWatch, PositionWatch, take
+from sim_bridge.fence import breached_part
+from sim_bridge.flight_plan import FlightPlan
+from sim_bridge.modes import Behaviour, LandedState, ModeTraits
 from sim_bridge.parameters import ParameterTable
-from sim_bridge.pilot import ARRIVED_M, Pilot, ReturnPhase
+from sim_bridge.personality import Personality
+from sim_bridge.pilot import Pilot
 from sim_bridge.reply import ACCEPTED, Outcome, Reply, StatusText, VehicleSnapshot
-from vehicle_agent.domain.frames import Point
+from vehicle_agent.domain.frames import Datum, Point
 
-TOUCHDOWN_LIMIT_M_S = 2.0
-"""Fastest contact with the ground that a copter survives."""
-LIFTED_OFF_M = 0.3
 FARTHEST_M = 1e6
 """Targets and homes beyond this are none."""
-SETTLED_S = 1.0
-"""Contact for this long counts as having landed, whatever the flight mode."""
-ORIGIN_SHARE = 0.6
-"""The position is known after this share of the time until arming is accepted."""
+STARTING_SHARE = 0.06
+ORIGIN_SHARE = 0.4
+USING_GPS_SHARE = 0.82
+"""Shares of the time until arming is accepted: sensors calibrated, origin set, position counts."""
 
 
-class Copter:
+class Vehicle:
     """One vehicle of the fleet.
 
     Attributes
     ----------
+    personality
+        Which autopilot it is.
+    booted_us
+        Simulated time of its last start.
     mode, armed, landed
-        As its heartbeat and its landed state tell.
+        As its heartbeat and its landed state tell; `landed` is true of whatever is not under way.
     home_enu_m
-        Where it returns to; None until its position is known, set anew at every arming.
+        Where it returns to; None until its origin is known, set anew at every arming.
     origin_enu_m
         Where it first knew its position; None before.
     has_flown, crashed
-        Whether it has ever left the ground, and whether it hit it too fast.
+        Whether it has ever been under way, and whether it hit the ground too fast.
+    flight_plan, auto_flight
+        Mission, fence and rally points that were uploaded, and how far the mission has come.
+    fix_lost, leaking, link_lost
+        Faults: no position fix, water in the hull, no bytes in or out.
     """
 
+    last_resort = Behaviour.LAND
+    """What a failsafe does when its action cannot be done."""
+    impact_limit_m_s = 2.0
+    """Fastest contact with the ground that it survives."""
+
     def __init__(
-        self, index: int, bodies: Bodies, clock: SimClock, parameters: ParameterTable, battery: Battery,
+        self,
+        index: int,
+        bodies: Bodies,
+        clock: SimClock,
+        personality: Personality,
+        parameters: ParameterTable,
+        battery: Battery,
         ready_after_s: float,
-    ) -> None:  # fmt: skip
+        datum: Datum,
+    ) -> None:
         self.index = index
         self.clock = clock
+        self.personality = personality
         self.parameters = parameters
         self.battery = battery
-        self.pilot = Pilot(bodies, index, parameters)
-        self.mode = CopterMode.STABILIZE
+        self.settings = personality.settings(parameters)
+        self.pilot = Pilot(bodies, index, self.settings)
         self.armed = False
         self.landed = True
         self.has_flown = False
         self.crashed = False
-        self.home_enu_m: Point | None = None
-        self.origin_enu_m: Point | None = None
+        self.flight_plan = FlightPlan(datum)
+        self.fix_lost = False
+        self.leaking = False
+        self.link_lost = False
+        self.auto_flight = AutoFlight(self, self.flight_plan)
         self._bodies = bodies
         self._ready_after_s = ready_after_s
-        self._ready_announced = False
-        self._grounded_since_s = 0.0
-        self._contact_since_s = math.inf
-        self._velocity_until_s = math.inf
+        self._boot()
+
+    def _boot(self) -> None:
+        """Set what a reboot loses."""
+        self.booted_us = self.clock.elapsed_us
+        self.mode: IntEnum = self.personality.start_mode
+        self.traits: ModeTraits = self.personality.modes[self.mode]
+        self.home_enu_m: Point | None = None
+        self.origin_enu_m: Point | None = None
+        self._using_gps = False
+        self._started = False
+        self._idle_since_s = 0.0
+        self._target_until_s = math.inf
+        self._target_heard_s = -math.inf
         self._texts: list[StatusText] = []
         self._controller_watch = ControllerWatch()
         self._battery_watch = BatteryWatch()
+        self._fence_watch = FenceWatch()
+        self._position_watch = PositionWatch()
+        self._leak_watch = LeakWatch()
+        self._watches = (
+            self._controller_watch, self._battery_watch, self._fence_watch, self._position_watch, self._leak_watch,
+        )  # fmt: skip
+
+    def reboot(self) -> None:
+        """Begin anew, as after switching off and on: parameters, plans, charge and damage stay."""
+        self.disarm(force=True)
+        self.auto_flight.stop()
+        self.auto_flight.reset()
+        self._boot()
+        self.pilot.begin_mode()
+        self.pilot.rest()
 
     # What it tells
 
     @property
+    def behaviour(self) -> Behaviour:
+        return self.traits.behaviour
+
+    @property
     def position_known(self) -> bool:
-        return self.home_enu_m is not None
+        """Whether modes that need a position can be entered."""
+        return self._using_gps and not self._position_watch.active
+
+    @property
+    def has_fix(self) -> bool:
+        """Whether satellites tell where it is."""
+        return self.origin_enu_m is not None and not self.fix_lost
 
     @property
     def ready_to_arm(self) -> bool:
         """Whether arming in guided flight would be accepted, mode aside."""
-        return not self.prearm_problems(CopterMode.GUIDED)
+        return not self.prearm_problems(self.personality.mode_of[Behaviour.GUIDED])
 
     @property
     def landed_state(self) -> LandedState:
-        if self.landed:
-            return LandedState.ON_GROUND
-        if self.pilot.taking_off:
-            return LandedState.TAKING_OFF
-        if self.mode is CopterMode.LAND or self.pilot.return_phase is ReturnPhase.DESCEND:
-            return LandedState.LANDING
-        return LandedState.IN_AIR
+        return LandedState.ON_GROUND if self.landed else LandedState.IN_AIR
 
     @property
     def failsafe_active(self) -> bool:
-        return self._controller_watch.active or self._battery_watch.active
+        return any(watch.active for watch in self._watches)
 
     @property
     def heading_deg(self) -> float:
         return float(self._bodies.heading_deg[self.index])
+
+    @property
+    def attitude_rad(self) -> tuple[float, float]:
+        """Roll and pitch."""
+        roll, pitch = self._bodies.attitude_rad[self.index].tolist()
+        return (roll, pitch)
+
+    @property
+    def true_position_enu_m(self) -> Point:
+        """Where it is, whatever it believes."""
+        east, north, up = self._bodies.position_enu_m[self.index].tolist()
+        return (east, north, up)
 
     @property
     def snapshot(self) -> VehicleSnapshot:
@@ -110,6 +177,7 @@ class Copter:
             armed=self.armed,
             landed=self.landed_state,
             mode=self.mode,
+            behaviour=self.behaviour,
             battery_fraction=self.battery.remaining,
             home_enu_m=self.home_enu_m,
             ready_to_arm=self.ready_to_arm,
@@ -125,81 +193,144 @@ class Copter:
     def say(self, severity: int, text: str) -> None:
         self._texts.append(StatusText(severity, text))
 
-    def prearm_problems(self, mode: CopterMode) -> list[str]:
+    def prearm_problems(self, mode: IntEnum) -> list[str]:
         """Why it would not arm in that flight mode; empty when it would."""
+        traits = self.personality.modes[mode]
         problems = []
-        if mode not in ARMABLE:
-            problems.append(f"{MODE_TITLES[mode]} mode not armable")
-        if mode in NEEDS_POSITION and (not self.position_known or self.clock.time_s < self._ready_after_s):
-            problems.append("Need Position Estimate")
+        if not traits.armable:
+            problems.append(f"{traits.title} mode not armable")
+        if traits.needs_position and (not self.position_known or not self._started):
+            problems.append("Need Position Estimate" if self.home_enu_m else "AHRS: waiting for home")
         if self._controller_watch.active:
             problems.append("GCS failsafe on")
         if self._battery_watch.active:
             problems.append("Battery 1 low capacity failsafe")
+        if self.fence_breach() is not None:
+            problems.append("Vehicle breaching Fence")
+        if self.leaking:
+            problems.append("Leak detected")
         if self.crashed:
             problems.append("Crashed, needs repair")
         return problems
+
+    def surface_m(self, east_m: float, north_m: float) -> float:
+        """ENU z of the ground at a place, as a terrain database would have it."""
+        return self._bodies.surface_m(east_m, north_m)
+
+    def height_error_m(self, upward_m: float) -> float:
+        """How much of a height difference to a waypoint counts."""
+        return upward_m
+
+    def range_down_m(self) -> float:
+        """What a single beam straight down measures."""
+        return self.pilot.height_above_ground_m()
+
+    def obstacle_distances_m(self, sectors: int, farthest_m: float) -> list[float]:
+        """Horizontal distance to the ground around it, clockwise from its nose; `farthest_m` where nothing is."""
+        return self._bodies.distances_around_m(self.index, sectors, farthest_m)
+
+    def fence_breach(self) -> str | None:
+        """Name of the part of its own fence that it breaches; None while it keeps it, or has none."""
+        settings = self.settings.fence
+        if settings.action is None or self.home_enu_m is None:
+            return None
+        return breached_part(self.pilot.position_enu_m, self.home_enu_m, settings, self.flight_plan.fence_zones)
 
     # Orders of an agent: what a ground station's `arm`, `takeoff`, `goto` ... amount to
 
     def arm(self) -> Reply:
         """Switch to guided flight and start the motors."""
-        mode = self.set_mode(CopterMode.GUIDED)
+        mode = self.enter(Behaviour.GUIDED)
         return self.arm_motors() if mode.accepted else mode
 
     def take_off(self, height_m: float) -> Reply:
         """Switch to guided flight and climb straight up to a height above home."""
-        mode = self.set_mode(CopterMode.GUIDED)
+        mode = self.enter(Behaviour.GUIDED)
         return self.start_takeoff(height_m) if mode.accepted else mode
 
     def go_to(self, position_enu_m: Point) -> Reply:
-        """Switch to guided flight, fly straight to a point and stay there."""
-        mode = self.set_mode(CopterMode.GUIDED)
+        """Switch to guided flight, go straight to a point and stay there."""
+        mode = self.enter(self.personality.guided_behaviour)
         return self.set_destination(position_enu_m) if mode.accepted else mode
 
     def hold(self) -> Reply:
-        """Stop and stay (LOITER, which is what MAVSDK's hold asks for)."""
-        return self.set_mode(CopterMode.LOITER)
+        """Stop and stay."""
+        return self.enter(Behaviour.HOLD)
 
     def return_home(self) -> Reply:
-        return self.set_mode(CopterMode.RTL)
+        return self.enter(Behaviour.RETURN)
 
     def land(self) -> Reply:
-        return self.set_mode(CopterMode.LAND)
+        return self.enter(Behaviour.LAND)
 
     # What an autopilot does when it is told to
 
+    def enter(self, behaviour: Behaviour) -> Reply:
+        """Change to the mode that this autopilot has for a behaviour."""
+        mode = self.personality.mode_of.get(behaviour)
+        if mode is None:
+            return Reply(Outcome.UNSUPPORTED, f"{self.personality.name} has no mode to {behaviour.value}")
+        return self.set_mode(mode)
+
     def set_mode(self, number: int) -> Reply:
-        """Change the flight mode by ArduCopter's number."""
-        try:
-            mode = CopterMode(number)
-        except ValueError:
+        """Change the flight mode by the autopilot's own number."""
+        mode = self.personality.mode(number)
+        if mode is None:
             return self._refuse(4, f"No such mode {number}")
         if mode is self.mode:
             return ACCEPTED
-        if mode is CopterMode.AUTO:
-            return self._refuse(4, "Mode change to AUTO failed: init failed")
-        if mode in NEEDS_POSITION and not self.position_known:
-            return self._refuse(4, f"Mode change to {MODE_TITLES[mode]} failed: requires position")
-        self.mode = mode
+        traits = self.personality.modes[mode]
+        reason = self._refusal_of(traits)
+        if reason is not None:
+            return self._refuse(4, self.personality.refused_mode_text.format(title=traits.title, reason=reason))
+        if self.behaviour is Behaviour.AUTO:
+            self.auto_flight.stop()
+        self.mode, self.traits = mode, traits
+        self._target_until_s = math.inf
         self.pilot.begin_mode()
         if self.armed and not self.landed:
-            self._enter_mode_in_flight()
+            self._begin(traits.behaviour)
         elif self.landed:
             self.pilot.rest()
         return ACCEPTED
 
-    def _enter_mode_in_flight(self) -> None:
-        if self.mode is CopterMode.RTL:
-            assert self.home_enu_m is not None
-            self.pilot.begin_return(self.home_enu_m)
-        elif self.mode is CopterMode.LAND:
-            self.pilot.begin_landing()
+    def _refusal_of(self, traits: ModeTraits) -> str | None:
+        """Why that mode cannot be entered now; None when it can."""
+        if traits.behaviour is Behaviour.AUTO and self.auto_flight.state is MissionState.NO_MISSION:
+            return "init failed"
+        if traits.needs_position and not self.position_known:
+            return "requires position"
+        fresh_s = self.clock.time_s - self._target_heard_s
+        if (
+            self.personality.fresh_targets_first
+            and traits.behaviour is Behaviour.GUIDED
+            and fresh_s > self.settings.target_timeout_s
+        ):
+            return "no targets"
+        return None
+
+    def _begin(self, behaviour: Behaviour) -> None:
+        """Start what a mode does, while under way."""
+        if behaviour is Behaviour.AUTO:
+            self.auto_flight.start()
         else:
             self.pilot.stop()
 
+    def start_mission(self) -> Reply:
+        """Fly the mission, from the ground too."""
+        if self.auto_flight.state is MissionState.NO_MISSION:
+            return Reply(Outcome.FAILED, "There is no mission")
+        mode = self.enter(Behaviour.AUTO)
+        if not mode.accepted:
+            return mode
+        if not self.armed:
+            return Reply(Outcome.FAILED, "A mission needs running motors")
+        if not self.auto_flight.running:
+            self.auto_flight.start()
+        return ACCEPTED
+
     def arm_motors(self, force: bool = False) -> Reply:
-        """Start the motors in the present flight mode; home becomes where it stands."""
+        """Start the motors in the present flight mode; home becomes where it is."""
         if self.armed:
             return ACCEPTED
         problems = [] if force and not self.crashed else self.prearm_problems(self.mode)
@@ -208,55 +339,76 @@ class Copter:
                 self.say(2, f"Arm: {problem}")
             return Reply(Outcome.FAILED, f"Arm: {problems[0]}")
         self.armed = True
-        self._grounded_since_s = self.clock.time_s
-        if self.position_known:
-            self.home_enu_m = self.pilot.position_enu_m
-        self.say(6, "Arming motors")
+        self._idle_since_s = self.clock.time_s
+        if self.home_enu_m is not None:
+            self.home_enu_m = self._home_here()
+        self.say(6, self.personality.armed_text)
+        self._on_armed()
         return ACCEPTED
+
+    def _home_here(self) -> Point:
+        return self.pilot.position_enu_m
+
+    def _on_armed(self) -> None:
+        """Called when the motors have started."""
 
     def disarm(self, force: bool = False) -> Reply:
         """Stop the motors; refused in flight unless forced."""
-        if self.armed and not self.landed and not force:
+        if self.armed and not self.landed and not force and not self._may_disarm():
             return Reply(Outcome.FAILED, "Disarm: in flight")
         if self.armed:
             self.armed = False
             self.pilot.begin_mode()
             self.pilot.rest()
-            self.say(6, "Disarming motors")
+            self.say(6, self.personality.disarmed_text)
+            self._on_disarmed()
         return ACCEPTED
 
+    def _may_disarm(self) -> bool:
+        """Whether the motors may stop while it is under way."""
+        return False
+
+    def _on_disarmed(self) -> None:
+        """Called when the motors have stopped."""
+
     def start_takeoff(self, height_m: float) -> Reply:
-        """Climb straight up to a height above home; needs guided flight, running motors and the ground."""
-        if self.mode is not CopterMode.GUIDED or not self.armed or not self.landed or self.home_enu_m is None:
-            return Reply(Outcome.FAILED, "Takeoff needs guided flight, armed and on the ground")
-        up_m = self.home_enu_m[2] + height_m
-        if not abs(up_m) <= FARTHEST_M or up_m <= self.pilot.position_enu_m[2] + LIFTED_OFF_M:
-            return Reply(Outcome.FAILED, "Takeoff altitude is below the vehicle, or no altitude")
-        self.pilot.climb_to(up_m)
-        return ACCEPTED
+        """Climb straight up to a height above home; NaN: the height of the settings."""
+        return Reply(Outcome.UNSUPPORTED, "It does not take off")
 
     def set_destination(self, position_enu_m: Point) -> Reply:
         """Take a guided target; on the ground it is accepted and, as by ArduCopter, nothing moves."""
         if not is_place(position_enu_m):
             return Reply(Outcome.DENIED, "Target is no position")
-        if self.mode is not CopterMode.GUIDED:
+        self._target_heard_s = self.clock.time_s
+        if self.behaviour not in (Behaviour.GUIDED, self.personality.guided_behaviour):
             return Reply(Outcome.FAILED, "Target needs guided flight")
         self.pilot.taking_off = False
         if self.armed and not self.landed:
-            self.pilot.fly_to(position_enu_m)
+            self.pilot.fly_to(self._within_reach(position_enu_m))
         elif self.landed:
             self.pilot.rest()
+        if self.settings.positions_expire and self.behaviour is Behaviour.GUIDED:
+            self._target_until_s = self.clock.time_s + self.settings.target_timeout_s
         return ACCEPTED
 
+    def _within_reach(self, position_enu_m: Point) -> Point:
+        """The nearest place that this kind of vehicle can be at."""
+        return position_enu_m
+
+    def note_target(self) -> None:
+        """A target has come that the present mode does not follow."""
+        self._target_heard_s = self.clock.time_s
+
     def set_velocity(self, velocity_enu_m_s: Point) -> Reply:
-        """Take a guided velocity; it is flown for GUID_TIMEOUT seconds unless told again."""
+        """Take a guided velocity; it is flown until it times out unless told again."""
         if not all(math.isfinite(component) for component in velocity_enu_m_s):
             return Reply(Outcome.DENIED, "Target is no velocity")
-        if self.mode is not CopterMode.GUIDED or not self.armed or self.landed:
+        self._target_heard_s = self.clock.time_s
+        if self.behaviour is not Behaviour.GUIDED or not self.armed or self.landed:
             return Reply(Outcome.FAILED, "Velocity needs guided flight in the air")
         self.pilot.taking_off = False
         self.pilot.fly_with(velocity_enu_m_s)
-        self._velocity_until_s = self.clock.time_s + self.parameters["GUID_TIMEOUT"]
+        self._target_until_s = self.clock.time_s + self.settings.target_timeout_s
         return ACCEPTED
 
     def set_speed(self, speed_m_s: float) -> Reply:
@@ -269,20 +421,36 @@ class Copter:
 
     def set_parameter(self, name: str, value: float) -> Reply:
         if not self.parameters.set(name, value):
-            return Reply(Outcome.DENIED, f"There is no parameter {name}, or {value} is no number")
+            return Reply(Outcome.DENIED, f"There is no parameter {name}, or {value} is no value for it")
+        self.settings = self.pilot.settings = self.personality.settings(self.parameters)
         self.pilot.refresh_limits()
         return ACCEPTED
 
     def set_home(self, position_enu_m: Point) -> Reply:
         """Return to another place until the next arming."""
-        if not self.position_known or not is_place(position_enu_m):
+        if self.home_enu_m is None or not is_place(position_enu_m):
             return Reply(Outcome.DENIED, "Home is no position, or the position is not known yet")
         self.home_enu_m = position_enu_m
         return ACCEPTED
 
+    def break_motors(self, broken: bool) -> None:
+        """Let the motors fail, or mend them: then they pull again at the next order."""
+        self.pilot.broken = broken
+        if broken:
+            self.pilot.rest()
+            if self.armed:
+                self.say(0, "Potential Thrust Loss (1)")
+
+    def set_origin(self, position_enu_m: Point) -> Reply:
+        """Take the estimator's origin from a client; refused once there is one."""
+        if self.origin_enu_m is not None or not is_place(position_enu_m):
+            return Reply(Outcome.DENIED, "There is an origin already, or it is no position")
+        self.origin_enu_m = position_enu_m
+        return ACCEPTED
+
     def heard_controller(self, system_id: int) -> Reply:
-        """Note a heartbeat of some controller; only that of SYSID_MYGCS is watched."""
-        if system_id == int(self.parameters["SYSID_MYGCS"]):
+        """Note a heartbeat of some controller; only that of the controlling system is watched."""
+        if self.settings.controller_id in (None, system_id):
             self._controller_watch.heard(self.clock.time_s)
         return ACCEPTED
 
@@ -291,56 +459,52 @@ class Copter:
     def update(self, dt_s: float) -> None:
         """Carry on after the body has moved by one step."""
         time_s = self.clock.time_s
-        impact_m_s = float(self._bodies.impact_m_s[self.index])
-        if impact_m_s > TOUCHDOWN_LIMIT_M_S and not self.landed:
+        impact_m_s = self._bodies.impacts_m_s[self.index]
+        if impact_m_s > self.impact_limit_m_s and not self.crashed and self._hits():
             self._crash()
-        self.battery.drain(dt_s, self.armed, not self.landed, self.parameters["BATT_CAPACITY"])
-        self._note_readiness(time_s)
+        self.battery.drain(dt_s, self._load(), self.settings.capacity_mah)
+        if not self._started:
+            self._start_up(time_s - self.booted_us * 1e-6)
         if self.armed or not self.landed:
             self._note_ground(impact_m_s, time_s)
-        if self.armed and not self.landed:
-            self._fly(time_s)
-        self._controller_watch.check(self)
-        self._battery_watch.check(self)
-        delay_s = self.parameters["DISARM_DELAY"]
-        idle = self.armed and self.landed and not self.pilot.taking_off
-        if idle and delay_s > 0 and time_s - self._grounded_since_s >= delay_s:
-            self.disarm()
+            if self.armed and not self.landed:
+                self._steer(time_s)
+        for watch in self._watches:
+            watch.check(self, time_s)
+        if self.armed and self.landed and not self.pilot.taking_off:
+            delay_s = self.settings.landed_disarm_delay_s if self.has_flown else 0.0
+            delay_s = delay_s or self.settings.disarm_delay_s
+            if 0 < delay_s <= time_s - self._idle_since_s:
+                self.disarm()
 
-    def _fly(self, time_s: float) -> None:
-        if self.battery.remaining <= 0.0:
-            self.pilot.rest()
-        elif self.mode is CopterMode.RTL:
-            self.pilot.fly_return(time_s)
-        elif self.mode is CopterMode.LAND:
-            self.pilot.descend()
-        elif self.pilot.taking_off:
-            target = self.pilot.target_enu_m
-            self.pilot.taking_off = target is not None and target[2] - self.pilot.position_enu_m[2] > ARRIVED_M
-        elif self.pilot.flies_with_velocity and time_s > self._velocity_until_s:
-            self.pilot.stop()
+    def _load(self) -> float:
+        """Draw on the battery, as a share of that for which its endurance is given."""
+        return 1.0 if self.armed else 0.0
+
+    def _hits(self) -> bool:
+        """Whether a contact with the ground counts as a crash."""
+        return not self.landed
 
     def _note_ground(self, impact_m_s: float, time_s: float) -> None:
-        """Tell lift-off and landing from height and contact."""
-        if self.landed:
-            if self.pilot.height_above_ground_m() > LIFTED_OFF_M:
-                self.landed = False
-                self.has_flown = True
-                self._contact_since_s = math.inf
-            elif self.pilot.taking_off:
-                self._grounded_since_s = time_s
-            return
-        if impact_m_s < 0.0:
-            self._contact_since_s = math.inf
-            return
-        self._contact_since_s = min(self._contact_since_s, time_s)
-        meant = self.landed_state is LandedState.LANDING
-        if meant or time_s - self._contact_since_s >= SETTLED_S:
-            self.landed = True
-            self._grounded_since_s = time_s
+        """Tell what contact with the ground means."""
+
+    def _steer(self, time_s: float) -> None:
+        """Carry the present behaviour on by one step."""
+        if self.battery.remaining <= 0.0:
             self.pilot.rest()
-            if meant:
-                self.disarm()
+        elif self.behaviour is Behaviour.AUTO:
+            self.auto_flight.update(time_s)
+        elif time_s > self._target_until_s:
+            self._target_until_s = math.inf
+            self._target_expired()
+
+    def _target_expired(self) -> None:
+        action = self.settings.expired_target_action
+        if action is None:
+            self.pilot.stop()
+        else:
+            self.say(2, "Offboard control lost")
+            take(self, action)
 
     def _crash(self) -> None:
         self.crashed = True
@@ -349,13 +513,23 @@ class Copter:
         self.disarm(force=True)
         self.pilot.rest()
 
-    def _note_readiness(self, time_s: float) -> None:
+    def _start_up(self, time_s: float) -> None:
+        """Carry on with starting up, `time_s` after the boot."""
         if self.home_enu_m is None and time_s >= ORIGIN_SHARE * self._ready_after_s:
-            self.home_enu_m = self.origin_enu_m = self.pilot.position_enu_m
+            self.origin_enu_m = self.origin_enu_m or self.pilot.position_enu_m
+            self.home_enu_m = self._home_here()
             self.say(6, "EKF3 IMU0 origin set")
-        if not self._ready_announced and time_s >= self._ready_after_s:
-            self._ready_announced = True
+        after = self.personality.mode_after_start
+        if (
+            after is not None
+            and self.behaviour is Behaviour.STARTING
+            and time_s >= STARTING_SHARE * self._ready_after_s
+        ):
+            self.set_mode(after)
+        if not self._using_gps and time_s >= USING_GPS_SHARE * self._ready_after_s:
+            self._using_gps = True
             self.say(6, "EKF3 IMU0 is using GPS")
+        self._started = time_s >= self._ready_after_s
 
     def _refuse(self, severity: int, text: str) -> Reply:
         self.say(severity, text)

@@ -22,7 +22,7 @@ from vehicle_agent.adapters.zenoh_team import ZenohTeam
 from vehicle_agent.agent import VehicleAgent
 from vehicle_agent.domain.kernels import warm_up
 from vehicle_agent.link.session import FleetLink, LinkError
-from vehicle_agent.mission.load import MissionError, MissionPlan, load_mission
+from vehicle_agent.mission.load import MissionError, MissionPlan, check_task, load_mission
 from vehicle_agent.mission.model import Mission
 from vehicle_agent.runtime import Runtime, VehicleClock
 from vehicle_agent.wire.messages import Stage
@@ -71,6 +71,7 @@ def main(
     logging.basicConfig(stream=sys.stderr, level=logging.INFO, format="%(asctime)s %(levelname)s %(message)s")
     try:
         plan = load_mission(mission, change)
+        check_task(plan)
         index = plan.index_of(vehicle)
         warm_up()
         asyncio.run(_fly(plan, index, run_dir / vehicle, connection or plan.connection(index), exit_when_done))

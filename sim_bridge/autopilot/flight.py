@@ -6,7 +6,7 @@ import math
 
 from sim_bridge.autopilot.dialect import Message, mavlink
 from sim_bridge.autopilot.service import Client, CommandHandler, CommandRequest, MessageHandler, Service
-from sim_bridge.modes import CopterMode
+from sim_bridge.modes import Behaviour
 from sim_bridge.reply import Outcome
 
 FORCE_ARM = 2989
@@ -25,11 +25,14 @@ class FlightService(Service):
             mavlink.MAV_CMD_COMPONENT_ARM_DISARM: self._arm_disarm,
             mavlink.MAV_CMD_DO_SET_MODE: self._set_mode,
             mavlink.MAV_CMD_NAV_TAKEOFF: self._take_off,
-            mavlink.MAV_CMD_NAV_LAND: lambda _: self._change_mode(CopterMode.LAND),
-            mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH: lambda _: self._change_mode(CopterMode.RTL),
-            mavlink.MAV_CMD_NAV_LOITER_UNLIM: lambda _: self._change_mode(CopterMode.LOITER),
+            mavlink.MAV_CMD_NAV_LAND: lambda _: self._enter(Behaviour.LAND),
+            mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH: lambda _: self._enter(Behaviour.RETURN),
+            mavlink.MAV_CMD_NAV_LOITER_UNLIM: lambda _: self._enter(Behaviour.HOLD),
             mavlink.MAV_CMD_DO_CHANGE_SPEED: self._change_speed,
         }
+
+    def _enter(self, behaviour: Behaviour) -> Outcome:
+        return self.node.vehicle.enter(behaviour).outcome
 
     def _change_mode(self, number: int) -> Outcome:
         return self.node.vehicle.set_mode(number).outcome
@@ -38,11 +41,14 @@ class FlightService(Service):
         self._change_mode(message.custom_mode)
 
     def _set_mode(self, request: CommandRequest) -> Outcome:
-        base_mode, custom_mode = request.parameters[:2]
+        base_mode, custom_mode, sub_mode = request.parameters[:3]
         if not (math.isfinite(base_mode) and math.isfinite(custom_mode)):
             return Outcome.DENIED
         if not int(base_mode) & mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED:
             return Outcome.UNSUPPORTED
+        if self.node.vehicle.personality.packed_modes:
+            sub = int(sub_mode) if math.isfinite(sub_mode) else 0
+            return self._change_mode(int(custom_mode) << 16 | sub << 24)
         return self._change_mode(int(custom_mode))
 
     def _arm_disarm(self, request: CommandRequest) -> Outcome:
@@ -54,7 +60,10 @@ class FlightService(Service):
         return Outcome.UNSUPPORTED
 
     def _take_off(self, request: CommandRequest) -> Outcome:
-        return self.node.vehicle.start_takeoff(request.z).outcome
+        vehicle, height_m = self.node.vehicle, request.z
+        if vehicle.personality.takeoff_altitude_amsl and vehicle.home_enu_m is not None:
+            height_m -= self.node.datum.altitude_amsl_m + vehicle.home_enu_m[2]
+        return vehicle.start_takeoff(height_m).outcome
 
     def _change_speed(self, request: CommandRequest) -> Outcome:
         kind, speed_m_s = request.parameters[:2]

@@ -6,7 +6,7 @@ import math
 
 from sim_bridge.autopilot.dialect import Message, mavlink
 from sim_bridge.autopilot.service import Client, CommandHandler, CommandRequest, MessageHandler, Service
-from sim_bridge.modes import CopterMode
+from sim_bridge.modes import Behaviour
 from sim_bridge.reply import Outcome
 from vehicle_agent.domain.frames import Geodetic, Point, ned_to_enu
 
@@ -55,19 +55,20 @@ class GuidedService(Service):
     def _reposition(self, request: CommandRequest) -> Outcome:
         vehicle = self.node.vehicle
         may_change_mode = request.parameters[1] == mavlink.MAV_DO_REPOSITION_FLAGS_CHANGE_MODE
-        if request.frame is None or (vehicle.mode is not CopterMode.GUIDED and not may_change_mode):
+        guided = vehicle.personality.guided_behaviour
+        if request.frame is None or (vehicle.behaviour is not guided and not may_change_mode):
             return Outcome.DENIED
         place = latitude_longitude_deg(request)
         target = self._target_enu_m(*place, request.z, request.frame) if place else None
         if target is None:
             return Outcome.DENIED
-        if not vehicle.set_mode(CopterMode.GUIDED).accepted:
+        if not vehicle.enter(guided).accepted:
             return Outcome.FAILED
         return vehicle.set_destination(target).outcome
 
     def _pause_continue(self, request: CommandRequest) -> Outcome:
         vehicle = self.node.vehicle
-        if vehicle.mode is not CopterMode.GUIDED or not vehicle.armed or vehicle.landed:
+        if vehicle.behaviour is not Behaviour.GUIDED or not vehicle.armed or vehicle.landed:
             return Outcome.FAILED
         if request.parameters[0] == 0:
             vehicle.pilot.taking_off = False
@@ -97,7 +98,9 @@ class GuidedService(Service):
     def _fly(self, target_enu_m: Point | None, message: Message) -> None:
         """Follow a target as ArduPilot does: only in guided flight, position before velocity, silently."""
         vehicle = self.node.vehicle
-        if vehicle.mode is not CopterMode.GUIDED:
+        if vehicle.behaviour is not Behaviour.GUIDED:
+            # PX4 enters its offboard mode only while targets flow.
+            vehicle.note_target()
             return
         if target_enu_m is not None:
             vehicle.set_destination(target_enu_m)

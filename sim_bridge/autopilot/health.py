@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from sim_bridge.autopilot.dialect import Message, mavlink
 from sim_bridge.autopilot.service import CommandHandler, CommandRequest, MessageBuilder, Service
+from sim_bridge.modes import LandedState
 from sim_bridge.reply import Outcome
 
 ALWAYS_WELL = (
@@ -47,7 +48,7 @@ class HealthService(Service):
             ALWAYS_WELL | WITH_POSITION | mavlink.MAV_SYS_STATUS_SENSOR_BATTERY | mavlink.MAV_SYS_STATUS_PREARM_CHECK
         )
         healthy = ALWAYS_WELL
-        if vehicle.position_known:
+        if vehicle.position_known and not vehicle.fix_lost:
             healthy |= WITH_POSITION
         if vehicle.battery.remaining > 0.0:
             healthy |= mavlink.MAV_SYS_STATUS_SENSOR_BATTERY
@@ -66,7 +67,7 @@ class HealthService(Service):
 
     def battery_status(self) -> Message:
         battery = self.node.vehicle.battery
-        capacity_mah = self.node.vehicle.parameters["BATT_CAPACITY"]
+        capacity_mah = self.node.vehicle.settings.capacity_mah
         return mavlink.MAVLink_battery_status_message(
             0,
             mavlink.MAV_BATTERY_FUNCTION_UNKNOWN,
@@ -81,9 +82,9 @@ class HealthService(Service):
         )
 
     def extended_state(self) -> Message:
-        return mavlink.MAVLink_extended_sys_state_message(
-            mavlink.MAV_VTOL_STATE_UNDEFINED, int(self.node.vehicle.landed_state)
-        )
+        vehicle = self.node.vehicle
+        state = vehicle.landed_state if vehicle.personality.reports_landed_state else LandedState.UNDEFINED
+        return mavlink.MAVLink_extended_sys_state_message(mavlink.MAV_VTOL_STATE_UNDEFINED, int(state))
 
     def estimator_status(self) -> Message:
         known = self.node.vehicle.position_known

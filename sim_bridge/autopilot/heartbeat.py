@@ -6,17 +6,13 @@ from typing import TYPE_CHECKING
 
 from sim_bridge.autopilot.dialect import Message, mavlink
 from sim_bridge.autopilot.service import Client, MessageBuilder, MessageHandler, Service
+from sim_bridge.modes import Behaviour
 
 if TYPE_CHECKING:
     from sim_bridge.autopilot.node import Node
 
 PERIOD_US = 1_000_000
-BASE_MODE = (
-    mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
-    | mavlink.MAV_MODE_FLAG_GUIDED_ENABLED
-    | mavlink.MAV_MODE_FLAG_STABILIZE_ENABLED
-    | mavlink.MAV_MODE_FLAG_MANUAL_INPUT_ENABLED
-)
+PILOTED = frozenset({Behaviour.PILOTED, Behaviour.DEPTH_HOLD, Behaviour.STARTING})
 
 
 class HeartbeatService(Service):
@@ -39,12 +35,14 @@ class HeartbeatService(Service):
             self.node.broadcast(self.heartbeat())
 
     def heartbeat(self) -> Message:
-        vehicle = self.node.vehicle
+        vehicle, personality = self.node.vehicle, self.node.vehicle.personality
+        piloted = vehicle.behaviour in PILOTED
+        base_mode = personality.base_mode_piloted if piloted else personality.base_mode_automatic
         armed = mavlink.MAV_MODE_FLAG_SAFETY_ARMED if vehicle.armed else 0
         return mavlink.MAVLink_heartbeat_message(
-            mavlink.MAV_TYPE_QUADROTOR,
-            mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA,
-            BASE_MODE | armed,
+            personality.mav_type,
+            personality.autopilot,
+            base_mode | armed,
             int(vehicle.mode),
             self._system_status(),
             3,
@@ -52,7 +50,9 @@ class HeartbeatService(Service):
 
     def _system_status(self) -> int:
         vehicle = self.node.vehicle
-        if not vehicle.position_known:
+        if vehicle.behaviour is Behaviour.STARTING:
+            return int(mavlink.MAV_STATE_CALIBRATING)
+        if vehicle.home_enu_m is None:
             return int(mavlink.MAV_STATE_BOOT)
         if vehicle.armed and vehicle.failsafe_active:
             return int(mavlink.MAV_STATE_CRITICAL)

@@ -18,7 +18,7 @@ from sim_bridge.autopilot.telemetry import TelemetryService
 from sim_bridge.autopilot.text import TextService
 from sim_bridge.autopilot.time import TimeService
 from sim_bridge.autopilot.version import VersionService
-from sim_bridge.vehicle import Copter
+from sim_bridge.vehicle import Vehicle
 from vehicle_agent.domain.frames import Datum
 
 SERVICES: tuple[type[Service], ...] = (
@@ -63,10 +63,10 @@ class Node:
         send_to_the_socket(node.take_output(client))
     """
 
-    def __init__(self, vehicle: Copter, datum: Datum) -> None:
+    def __init__(self, vehicle: Vehicle, datum: Datum) -> None:
         self.vehicle = vehicle
         self.datum = datum
-        self.system_id = int(vehicle.parameters["SYSID_THISMAV"])
+        self.system_id = int(vehicle.parameters[vehicle.personality.system_id_parameter])
         self.clients: list[Client] = []
         self.garbled = 0
         self.services = [service(self) for service in SERVICES]

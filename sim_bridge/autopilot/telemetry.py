@@ -34,7 +34,7 @@ class TelemetryService(Service):
         """Where it believes to be; latitude and longitude are 0 before it knows."""
         vehicle = self.node.vehicle
         place = self.node.datum.to_geodetic(vehicle.pilot.position_enu_m)
-        return place if vehicle.position_known else Geodetic(0.0, 0.0, place.altitude_amsl_m)
+        return place if vehicle.origin_enu_m is not None else Geodetic(0.0, 0.0, place.altitude_amsl_m)
 
     def _velocity_ned_m_s(self) -> Point:
         return enu_to_ned(self.node.vehicle.pilot.velocity_enu_m_s)
@@ -70,7 +70,8 @@ class TelemetryService(Service):
     def gps_raw(self) -> Message:
         place = self._geodetic()
         north, east, _ = self._velocity_ned_m_s()
-        fix = mavlink.GPS_FIX_TYPE_DGPS if self.node.vehicle.position_known else mavlink.GPS_FIX_TYPE_NO_FIX
+        fixed = self.node.vehicle.has_fix
+        fix = mavlink.GPS_FIX_TYPE_DGPS if fixed else mavlink.GPS_FIX_TYPE_NO_FIX
         return mavlink.MAVLink_gps_raw_int_message(
             self.node.vehicle.clock.elapsed_us,
             fix,
@@ -81,17 +82,29 @@ class TelemetryService(Service):
             200,
             round(math.hypot(north, east) * 100),
             round(math.degrees(math.atan2(east, north)) % 360.0 * 100) % 36000,
-            10 if self.node.vehicle.position_known else 0,
+            10 if fixed else 0,
         )
 
     def attitude(self) -> Message:
         yaw = math.radians((self.node.vehicle.heading_deg + 180.0) % 360.0 - 180.0)
-        return mavlink.MAVLink_attitude_message(self.node.time_boot_ms, 0.0, 0.0, yaw, 0.0, 0.0, 0.0)
+        return mavlink.MAVLink_attitude_message(
+            self.node.time_boot_ms, *self.node.vehicle.attitude_rad, yaw, 0.0, 0.0, 0.0
+        )
 
     def attitude_quaternion(self) -> Message:
-        half = math.radians(self.node.vehicle.heading_deg) / 2.0
+        roll, pitch = (angle / 2.0 for angle in self.node.vehicle.attitude_rad)
+        yaw = math.radians(self.node.vehicle.heading_deg) / 2.0
+        cos_roll, sin_roll, cos_pitch, sin_pitch = math.cos(roll), math.sin(roll), math.cos(pitch), math.sin(pitch)
+        cos_yaw, sin_yaw = math.cos(yaw), math.sin(yaw)
         return mavlink.MAVLink_attitude_quaternion_message(
-            self.node.time_boot_ms, math.cos(half), 0.0, 0.0, math.sin(half), 0.0, 0.0, 0.0
+            self.node.time_boot_ms,
+            cos_roll * cos_pitch * cos_yaw + sin_roll * sin_pitch * sin_yaw,
+            sin_roll * cos_pitch * cos_yaw - cos_roll * sin_pitch * sin_yaw,
+            cos_roll * sin_pitch * cos_yaw + sin_roll * cos_pitch * sin_yaw,
+            cos_roll * cos_pitch * sin_yaw - sin_roll * sin_pitch * cos_yaw,
+            0.0,
+            0.0,
+            0.0,
         )
 
     def vfr_hud(self) -> Message:

@@ -17,7 +17,7 @@ class TimeService(Service):
 
     def system_time(self) -> Message:
         clock = self.node.vehicle.clock
-        unix_us = clock.unix_us if self.node.vehicle.position_known else 0
+        unix_us = clock.unix_us if self.node.vehicle.origin_enu_m is not None else 0
         return mavlink.MAVLink_system_time_message(unix_us, self.node.time_boot_ms)
 
     def _on_timesync(self, client: Client, message: Message) -> None:

@@ -6,17 +6,6 @@ from sim_bridge.autopilot.dialect import Message, mavlink
 from sim_bridge.autopilot.service import CommandHandler, CommandRequest, MessageBuilder, Service
 from sim_bridge.reply import Outcome
 
-FLIGHT_SOFTWARE_VERSION = 4 << 24 | 7 << 16
-"""4.7.0-dev: the release whose answers this vehicle gives."""
-CAPABILITIES = (
-    mavlink.MAV_PROTOCOL_CAPABILITY_PARAM_FLOAT
-    | mavlink.MAV_PROTOCOL_CAPABILITY_COMMAND_INT
-    | mavlink.MAV_PROTOCOL_CAPABILITY_MAVLINK2
-    | mavlink.MAV_PROTOCOL_CAPABILITY_SET_POSITION_TARGET_LOCAL_NED
-    | mavlink.MAV_PROTOCOL_CAPABILITY_SET_POSITION_TARGET_GLOBAL_INT
-)
-BANNER = ("ArduCopter V4.7.0-dev (fieldfleet)", "simulated by sim-bridge", "Frame: QUAD/X")
-
 
 class VersionService(Service):
     """Answers who the vehicle is."""
@@ -31,10 +20,10 @@ class VersionService(Service):
         return {mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION: self.autopilot_version}
 
     def autopilot_version(self) -> Message:
-        nothing = [0] * 8
+        personality, nothing = self.node.vehicle.personality, [0] * 8
         return mavlink.MAVLink_autopilot_version_message(
-            CAPABILITIES,
-            FLIGHT_SOFTWARE_VERSION,
+            personality.capabilities,
+            personality.flight_software_version,
             0,
             0,
             0,
@@ -53,7 +42,7 @@ class VersionService(Service):
         return Outcome.ACCEPTED
 
     def _send_banner(self, request: CommandRequest) -> Outcome:
-        for line in BANNER:
+        for line in self.node.vehicle.personality.banner:
             request.afterwards.append(
                 mavlink.MAVLink_statustext_message(mavlink.MAV_SEVERITY_INFO, line.encode("ascii"))
             )

@@ -128,7 +128,8 @@ def test_the_schema_is_plain_json_in_a_fixed_order() -> None:
     [
         ("task.kind", ["explore"]),
         ("terrain.kind", ["flat", "gaussians", "grid"]),
-        ("vehicles[3].type", ["multicopter"]),
+        ("vehicles[3].type", ["multicopter", "surface-vessel", "underwater-vehicle"]),
+        ("vehicles[3].autopilot", ["ardupilot", "px4"]),
         ("vehicles[3].sensor.kind", ["range"]),
         ("format", [1]),
         ("seed", []),

@@ -7,9 +7,10 @@ from collections.abc import Callable
 import pytest
 
 from sim_bridge.fleet import Fleet
-from sim_bridge.modes import CopterMode, LandedState
+from sim_bridge.modes import LandedState
+from sim_bridge.personalities.ardupilot_copter import CopterMode
 from sim_bridge.reply import Outcome
-from sim_bridge.vehicle import Copter
+from sim_bridge.vehicle import Vehicle
 from sim_bridge.world import World
 from tests.fakes.sim_missions import GROUND_M, sim_plan
 
@@ -22,7 +23,7 @@ def fleet() -> Fleet:
     return Fleet(plan, World.of(plan))
 
 
-def until(fleet: Fleet, condition: Callable[[Copter], bool], limit_s: float = 600.0, beat: bool = False) -> None:
+def until(fleet: Fleet, condition: Callable[[Vehicle], bool], limit_s: float = 600.0, beat: bool = False) -> None:
     """Let time pass until vehicle 0 satisfies the condition."""
     end_s = fleet.time_s + limit_s
     while not condition(fleet.vehicles[0]):
@@ -32,7 +33,7 @@ def until(fleet: Fleet, condition: Callable[[Copter], bool], limit_s: float = 60
         fleet.step(0.25)
 
 
-def flying(fleet: Fleet, height_m: float = 30.0) -> Copter:
+def flying(fleet: Fleet, height_m: float = 30.0) -> Vehicle:
     """Vehicle 0 in the air at a height above home, watched by no one yet."""
     copter = fleet.vehicles[0]
     for name, value in (("SYSID_MYGCS", CONTROLLER_ID), ("WPNAV_SPEED_UP", 500.0), ("WPNAV_SPEED_DN", 400.0)):
@@ -44,7 +45,7 @@ def flying(fleet: Fleet, height_m: float = 30.0) -> Copter:
     return copter
 
 
-def texts(copter: Copter) -> list[str]:
+def texts(copter: Vehicle) -> list[str]:
     return [status.text for status in copter.drain_texts()]
 
 
@@ -53,7 +54,7 @@ def test_arming_waits_for_the_position(fleet: Fleet) -> None:
     reply = copter.arm()
     assert reply.outcome is Outcome.FAILED
     assert "Mode change to GUIDED failed: requires position" in texts(copter)
-    fleet.step(4.0)
+    fleet.step(4.2)
     assert copter.position_known
     assert copter.set_mode(CopterMode.GUIDED).accepted
     assert copter.arm_motors().outcome is Outcome.FAILED
@@ -196,7 +197,7 @@ def test_motors_off_in_flight_is_a_fall(fleet: Fleet) -> None:
     assert copter.landed
 
 
-def watched(fleet: Fleet, timeout_s: float = 5.0) -> Copter:
+def watched(fleet: Fleet, timeout_s: float = 5.0) -> Vehicle:
     copter = flying(fleet)
     copter.set_parameter("FS_GCS_ENABLE", 1)
     copter.set_parameter("FS_GCS_TIMEOUT", timeout_s)

@@ -76,8 +76,26 @@ def check_team(plan: MissionPlan, fail: Fail) -> None:
         ):
             if value is not None and (other := seen.setdefault((key, value), index)) != index:
                 raise fail(f"{where}.{key}", f"'{value}' is also that of vehicles[{other}]; {mend}")
+        if vehicle.autopilot == "px4" and vehicle.type != "multicopter":
+            raise fail(f"{where}.autopilot", f"a {vehicle.type} cannot be simulated as px4; choose ardupilot")
         _check_heights(where, vehicle, fail)
         _check_start(plan, index, fail)
+    for number, fault in enumerate(plan.mission.simulation.faults):
+        if fault.vehicle not in plan.vehicle_names:
+            raise fail(
+                f"simulation.faults[{number}].vehicle",
+                f"there is no vehicle '{fault.vehicle}'; the mission has {', '.join(plan.vehicle_names)}",
+            )
+
+
+def check_task(plan: MissionPlan) -> None:
+    """Refuse a team that cannot do its task; the simulator serves such a team all the same."""
+    for index, vehicle in enumerate(plan.mission.vehicles):
+        if vehicle.type != "multicopter":
+            raise MissionError(
+                f"{plan.source}: vehicles[{index}].type: a {vehicle.type} cannot explore yet; make it a multicopter, "
+                "or serve the team with sim-bridge alone"
+            )
 
 
 def _check_heights(where: str, vehicle: VehicleTable, fail: Fail) -> None:

@@ -13,13 +13,13 @@ import numpy as np
 from vehicle_agent.domain.frames import Datum, FloatArray, Geodetic
 from vehicle_agent.domain.grid import Grid
 from vehicle_agent.domain.polygon import cells_inside
-from vehicle_agent.mission.checks import check_fence, check_ports, check_team, check_terrain
+from vehicle_agent.mission.checks import check_fence, check_ports, check_task, check_team, check_terrain
 from vehicle_agent.mission.explain import explain_refusal, non_finite_keys
 from vehicle_agent.mission.model import AreaTable, Mission
 from vehicle_agent.mission.plan import MissionError, MissionPlan
 from vehicle_agent.mission.schema import mission_schema
 
-__all__ = ["MissionError", "MissionPlan", "load_mission", "mission_schema", "plan_mission"]
+__all__ = ["MissionError", "MissionPlan", "check_task", "load_mission", "mission_schema", "plan_mission"]
 
 MAX_FILE_BYTES = 1_000_000
 

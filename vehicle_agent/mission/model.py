@@ -18,6 +18,7 @@ NonNegative = Annotated[float, Meta(ge=0, le=1e6)]
 Metres = Annotated[float, Meta(ge=-1e6, le=1e6)]
 AltitudeM = Annotated[float, Meta(ge=-12_000, le=12_000)]
 Port = Annotated[int, Meta(ge=1024, le=65535)]
+Flow = Annotated[float, Meta(ge=-40, le=40)]
 EastNorth = tuple[Metres, Metres]
 LatitudeDeg = Annotated[float, Meta(ge=-90, le=90)]
 LongitudeDeg = Annotated[float, Meta(ge=-180, le=180)]
@@ -157,9 +158,12 @@ class VehicleTable(_Table, frozen=True, kw_only=True):
     name
         Lower-case letters, digits and dashes; unique in the team.
     type
-        What body it has.
+        What body it has; so far only multicopters explore, `sim-bridge` serves every type.
+    autopilot
+        What the simulated vehicle speaks like; `px4` only as a multicopter.
     start_enu_m
-        Where it stands: [east, north], or [east, north, up] with `up` not below the ground.
+        Where it stands: [east, north], or [east, north, up] with `up` not below the ground. Vessels and underwater
+        vehicles start at `simulation.water_level_m`.
     speed_m_s
         Fastest it flies.
     climb_m_s
@@ -175,7 +179,8 @@ class VehicleTable(_Table, frozen=True, kw_only=True):
     """
 
     name: Annotated[str, Meta(pattern=NAME_PATTERN)]
-    type: Literal["multicopter"] = "multicopter"
+    type: Literal["multicopter", "surface-vessel", "underwater-vehicle"] = "multicopter"
+    autopilot: Literal["ardupilot", "px4"] = "ardupilot"
     start_enu_m: Annotated[tuple[Metres, ...], Meta(min_length=2, max_length=3)]
     speed_m_s: Annotated[float, Meta(ge=0.1, le=100)]
     climb_m_s: Annotated[float, Meta(ge=0.1, le=50)] = 5.0
@@ -209,6 +214,30 @@ class RadioTable(_Table, frozen=True, kw_only=True):
     delay_s: Annotated[float, Meta(ge=0, le=60)] = 0.0
 
 
+FaultName = Literal["gps-loss", "battery", "motor", "link-loss", "leak"]
+
+
+class FaultTable(_Table, frozen=True, kw_only=True):
+    """A fault that strikes a simulated vehicle by itself.
+
+    Attributes
+    ----------
+    at_s
+        Simulated seconds since the start.
+    vehicle
+        Name of the vehicle.
+    fault
+        No satellites, a battery cell fails, motors fail, no bytes in or out, water in the hull.
+    for_s
+        When it is over again; left out, it stays. A battery stays what it has become.
+    """
+
+    at_s: NonNegative
+    vehicle: Annotated[str, Meta(pattern=NAME_PATTERN)]
+    fault: FaultName
+    for_s: Positive | None = None
+
+
 class SimulationTable(_Table, frozen=True, kw_only=True):
     """How the built-in simulator runs; of no meaning to real vehicles.
 
@@ -217,17 +246,33 @@ class SimulationTable(_Table, frozen=True, kw_only=True):
     speedup
         Simulated seconds per second.
     ready_after_s
-        Simulated seconds from start until the autopilots accept arming.
+        Simulated seconds from start until the autopilots accept arming; real ones need about 50.
     mavlink_port
         First of the MAVLink ports: vehicle n (from 0) listens on TCP and UDP `mavlink_port + 10 n`.
     endurance_s
-        Flying time of a full battery.
+        How long a full battery lasts hovering, or at full speed on or in the water.
+    wind_m_s, gust_m_s
+        Wind towards [east, north], and the standard deviation of its gusts.
+    current_m_s
+        Current of the water towards [east, north].
+    water_level_m
+        Local `up` of the water's surface, on which vessels float; the terrain is the ground beneath it.
+    gps_noise_m
+        Standard deviation of the position fixes, a slow wander.
+    faults
+        Drills: what goes wrong, when and where.
     """
 
     speedup: Annotated[float, Meta(ge=0.1, le=100)] = 1.0
     ready_after_s: Annotated[float, Meta(ge=0, le=600)] = 8.0
     mavlink_port: Port = 5760
     endurance_s: Annotated[float, Meta(ge=1, le=1e6)] = 2_400.0
+    wind_m_s: tuple[Flow, Flow] = (0.0, 0.0)
+    gust_m_s: Annotated[float, Meta(ge=0, le=30)] = 0.0
+    current_m_s: tuple[Flow, Flow] = (0.0, 0.0)
+    water_level_m: Metres = 0.0
+    gps_noise_m: Annotated[float, Meta(ge=0, le=100)] = 0.0
+    faults: Annotated[tuple[FaultTable, ...], Meta(max_length=1000)] = ()
 
 
 class StopTable(_Table, frozen=True, kw_only=True):

@@ -1,0 +1,1 @@
+"""The autopilots that the simulator can be: one file of quirks each."""

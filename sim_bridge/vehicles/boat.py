@@ -1,0 +1,70 @@
+"""A surface vessel: always on the water, under way as soon as it is armed."""
+
+from __future__ import annotations
+
+import math
+
+from sim_bridge.battery import IDLE_LOAD
+from sim_bridge.modes import Behaviour, LandedState
+from sim_bridge.vehicle import Vehicle
+from vehicle_agent.domain.frames import Point
+
+UNDER_WAY_M = 1.0
+"""Distance from where it was armed at which it has been under way."""
+
+
+class Boat(Vehicle):
+    """One surface vessel."""
+
+    last_resort = Behaviour.BRAKE
+
+    @property
+    def landed_state(self) -> LandedState:
+        return LandedState.IN_AIR if self.armed else LandedState.ON_GROUND
+
+    def height_error_m(self, upward_m: float) -> float:
+        return 0.0
+
+    def _within_reach(self, position_enu_m: Point) -> Point:
+        return (position_enu_m[0], position_enu_m[1], self._bodies.water_level_m)
+
+    def _home_here(self) -> Point:
+        return self._within_reach(self.pilot.position_enu_m)
+
+    def _may_disarm(self) -> bool:
+        return True
+
+    def _on_armed(self) -> None:
+        self.landed = False
+        self._begin(self.behaviour)
+
+    def _on_disarmed(self) -> None:
+        self.landed = True
+
+    def _begin(self, behaviour: Behaviour) -> None:
+        if behaviour is Behaviour.RETURN and self.home_enu_m is not None:
+            self.pilot.refresh_limits(self.settings.return_speed_m_s)
+            self.pilot.fly_to(self._within_reach(self.home_enu_m))
+        elif behaviour in (Behaviour.PILOTED, Behaviour.BRAKE, Behaviour.GUIDED):
+            # The motors idle: the current may carry it off, as it does with ArduRover in HOLD.
+            self.pilot.rest()
+        else:
+            super()._begin(behaviour)
+
+    def _load(self) -> float:
+        """With the cube of the speed through the water."""
+        if not self.armed:
+            return 0.0
+        east, north, _ = self.pilot.velocity_enu_m_s
+        flow_east, flow_north = self._bodies.flows_m_s[self.index]
+        share = math.hypot(east - flow_east, north - flow_north) / self.settings.speed_m_s
+        return IDLE_LOAD + (1.0 - IDLE_LOAD) * min(share, 1.5) ** 3
+
+    def _steer(self, time_s: float) -> None:
+        if not self.has_flown and self.home_enu_m is not None:
+            here = self.pilot.position_enu_m
+            self.has_flown = math.hypot(here[0] - self.home_enu_m[0], here[1] - self.home_enu_m[1]) > UNDER_WAY_M
+        super()._steer(time_s)
+
+    def _hits(self) -> bool:
+        return self.armed

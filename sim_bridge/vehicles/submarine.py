@@ -1,0 +1,75 @@
+"""An underwater vehicle: dives from the surface, keeps its depth, has a position fix only at the surface."""
+
+from __future__ import annotations
+
+import math
+
+from sim_bridge.battery import IDLE_LOAD
+from sim_bridge.modes import Behaviour, LandedState
+from sim_bridge.navigation import FIX_DEPTH_M
+from sim_bridge.vehicle import Vehicle
+from vehicle_agent.domain.frames import Point
+
+DIVED_M = 0.5
+"""Depth at which it has been under way."""
+
+
+class Submarine(Vehicle):
+    """One underwater vehicle; its home lies at the water's surface, where relative altitude is 0."""
+
+    last_resort = Behaviour.SURFACE
+
+    @property
+    def depth_m(self) -> float:
+        """Below the water's surface, as its pressure sensor has it."""
+        return self._bodies.water_level_m - float(self._bodies.position_enu_m[self.index, 2])
+
+    @property
+    def landed_state(self) -> LandedState:
+        return LandedState.IN_AIR if self.armed else LandedState.ON_GROUND
+
+    @property
+    def has_fix(self) -> bool:
+        return super().has_fix and self.depth_m <= FIX_DEPTH_M
+
+    def _within_reach(self, position_enu_m: Point) -> Point:
+        return (*position_enu_m[:2], min(position_enu_m[2], self._bodies.water_level_m))
+
+    def _home_here(self) -> Point:
+        return (*self.pilot.position_enu_m[:2], self._bodies.water_level_m)
+
+    def _may_disarm(self) -> bool:
+        return True
+
+    def _on_armed(self) -> None:
+        self.landed = False
+        self._begin(self.behaviour)
+
+    def _on_disarmed(self) -> None:
+        self.landed = True
+
+    def _begin(self, behaviour: Behaviour) -> None:
+        if behaviour is Behaviour.SURFACE:
+            self.pilot.fly_with((0.0, 0.0, self.settings.climb_m_s))
+        elif behaviour is Behaviour.DEPTH_HOLD:
+            self.pilot.keep_height()
+        elif behaviour is Behaviour.PILOTED:
+            self.pilot.rest()
+        else:
+            super()._begin(behaviour)
+
+    def _load(self) -> float:
+        if not self.armed:
+            return 0.0
+        east, north, up = self.pilot.velocity_enu_m_s
+        flow_east, flow_north = self._bodies.flows_m_s[self.index]
+        speed = math.sqrt((east - flow_east) ** 2 + (north - flow_north) ** 2 + up**2)
+        return IDLE_LOAD + (1.0 - IDLE_LOAD) * min(speed / self.settings.speed_m_s, 1.5) ** 3
+
+    def _steer(self, time_s: float) -> None:
+        if not self.has_flown:
+            self.has_flown = self.depth_m > DIVED_M
+        super()._steer(time_s)
+
+    def _hits(self) -> bool:
+        return self.armed
