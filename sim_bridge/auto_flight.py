@@ -12,6 +12,7 @@ from enum import IntEnum
 from typing import TYPE_CHECKING
 
 from sim_bridge.flight_plan import FRAME_ABOVE_TERRAIN, NAVIGATION, FlightPlan, MissionCommand, PlanItem
+from sim_bridge.modes import Behaviour
 from sim_bridge.return_flight import ReturnFlight, ReturnPhase
 from vehicle_agent.domain.frames import Point
 
@@ -23,8 +24,6 @@ FIRST = 1
 LONGEST_CHAIN = 255
 """Jumps and commands between two navigation commands; a mission that goes round for longer ends."""
 FOREVER = -1
-KEEP_RUNNING = 1 << 2
-"""Bit of MIS_OPTIONS: landing does not stop the motors."""
 NAMES = {
     MissionCommand.WAYPOINT: "WP", MissionCommand.SPLINE_WAYPOINT: "SplineWP", MissionCommand.TAKEOFF: "Takeoff",
     MissionCommand.LAND: "Land", MissionCommand.RETURN: "RTL", MissionCommand.LOITER_TIME: "LoitTime",
@@ -68,8 +67,6 @@ class AutoFlight:
         self._pending: list[int] = []
         self._verify: Callable[[float], bool] | None = None
         self._condition: Callable[[float], bool] | None = None
-        self._return: ReturnFlight | None = None
-        self._loaded = 0
         self.current = 0
         self.running = False
         self.complete = False
@@ -202,7 +199,7 @@ class AutoFlight:
 
     def _forget_task(self) -> None:
         self._pending.clear()
-        self._condition = self._verify = self._return = None
+        self._condition = self._verify = None
         self.landing = False
         self.distance_m = 0.0
 
@@ -268,6 +265,8 @@ class AutoFlight:
         return math.hypot(self.distance_m, self._vehicle.height_error_m(target[2] - up_m))
 
     def _take_off(self, item: PlanItem) -> Callable[[float], bool]:
+        if not self._flies:
+            return lambda time_s: True
         pilot = self._vehicle.pilot
         up_m = self._place(item)[2]
         if self._vehicle.landed:
@@ -306,6 +305,8 @@ class AutoFlight:
         return verify
 
     def _land(self, item: PlanItem) -> Callable[[float], bool]:
+        if not self._flies:
+            return lambda time_s: True
         vehicle, pilot = self._vehicle, self._vehicle.pilot
         target: Point | None = None
         if item.has_place:
@@ -333,7 +334,12 @@ class AutoFlight:
 
     def _return_home(self) -> Callable[[float], bool]:
         vehicle = self._vehicle
-        self._return = flight = ReturnFlight(vehicle.pilot, vehicle.home_enu_m or vehicle.pilot.position_enu_m)
+        home = vehicle.home_enu_m or vehicle.pilot.position_enu_m
+        if not self._flies:
+            target = (home[0], home[1], vehicle.pilot.position_enu_m[2])
+            vehicle.pilot.fly_to(target)
+            return lambda time_s: self._distance_to(target) <= self._arrival_radius_m()
+        flight = ReturnFlight(vehicle.pilot, home)
 
         def verify(time_s: float) -> bool:
             if vehicle.landed:
@@ -343,6 +349,11 @@ class AutoFlight:
             return False
 
         return verify
+
+    @property
+    def _flies(self) -> bool:
+        """Whether it takes off and lands; boats and underwater vehicles skip what asks for that."""
+        return Behaviour.LAND in self._vehicle.personality.mode_of
 
     # Commands done on the way
 

@@ -11,6 +11,8 @@ from pathlib import Path
 import click
 import msgspec
 
+from sim_bridge.control import DEFAULT_ENDPOINT, ControlPort, InjectError, control_port, inject
+from sim_bridge.faults import FAULTS
 from sim_bridge.fleet import Fleet
 from sim_bridge.kernels import warm_up
 from sim_bridge.payload import PARTICIPANT, Payload
@@ -22,7 +24,43 @@ from vehicle_agent.mission.load import MissionError, MissionPlan, load_mission
 from vehicle_agent.mission.model import Mission
 
 
-@click.command()
+class _Program(click.Group):
+    """`sim-bridge MISSION ...` serves a mission; other first words are commands of their own."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        asks_for_help = args[:1] in (["--help"], ["-h"])
+        if args and args[0] not in self.commands and not asks_for_help:
+            args = ["serve", *args]
+        return super().parse_args(ctx, args)
+
+
+@click.group(cls=_Program, context_settings={"help_option_names": ["-h", "--help"]})
+def main() -> None:
+    """Simulated vehicles: `sim-bridge MISSION` is short for `sim-bridge serve MISSION`."""
+
+
+@main.command("inject")
+@click.argument("vehicle")
+@click.argument("fault", type=click.Choice(FAULTS))
+@click.option("--off", is_flag=True, help="End the fault instead of beginning it.")
+@click.option(
+    "--endpoint",
+    default=DEFAULT_ENDPOINT,
+    show_default=True,
+    metavar="HOST:PORT",
+    help="Control port of the simulator: the one below its first MAVLink port.",
+)
+def inject_fault(vehicle: str, fault: str, off: bool, endpoint: str) -> None:
+    """Let a FAULT strike a VEHICLE of a running simulator, as a drill."""
+    try:
+        inject(endpoint, vehicle, fault, not off)
+    except InjectError as error:
+        click.echo(str(error), err=True)
+        sys.exit(2)
+    click.echo(f"{vehicle}: {fault} {'over' if off else 'set'}")
+
+
+@main.command()
 @click.argument("mission", type=click.Path(path_type=Path))
 @click.option("--speedup", type=click.FloatRange(0, 100, min_open=True), help="Simulated seconds per second.")
 @click.option("--seed", type=click.IntRange(0, 2**32 - 1), help="Another seed than the mission's.")
@@ -31,25 +69,35 @@ from vehicle_agent.mission.model import Mission
     type=click.Path(path_type=Path, file_okay=False),
     help="Folder for sim_result.json; left out, none is written.",
 )
+@click.option(
+    "--ready-after",
+    type=click.FloatRange(0, 600),
+    metavar="S",
+    help="Simulated seconds until arming is accepted; real autopilots need about 50.",
+)
 @click.option("--mavlink-port", type=click.IntRange(1024, 65000), help="First MAVLink port.")
 @click.option("--zenoh-port", type=click.IntRange(1024, 65000), help="First Zenoh port.")
-def main(
+def serve(
     mission: Path,
     speedup: float | None,
     seed: int | None,
     run_dir: Path | None,
+    ready_after: float | None,
     mavlink_port: int | None,
     zenoh_port: int | None,
 ) -> None:
     """Simulate the vehicles of MISSION: MAVLink on UDP and TCP per vehicle, sensors on Zenoh.
 
-    Prints `ready` when it serves. SIGTERM and Ctrl-C end it.
+    Prints `ready` when it serves. SIGTERM and Ctrl-C end it. The port below the first MAVLink port takes the orders of
+    `sim-bridge inject`.
     """
 
     def change(content: Mission) -> Mission:
         simulation, radio = content.simulation, content.radio
         if speedup is not None:
             simulation = msgspec.structs.replace(simulation, speedup=speedup)
+        if ready_after is not None:
+            simulation = msgspec.structs.replace(simulation, ready_after_s=ready_after)
         if mavlink_port is not None:
             simulation = msgspec.structs.replace(simulation, mavlink_port=mavlink_port)
         if zenoh_port is not None:
@@ -77,6 +125,11 @@ def _make_folder(run_dir: Path | None) -> None:
         raise ServerError(f"{run_dir}: cannot be made ({error.strerror}); choose another --run-dir") from None
 
 
+def _note(line: str) -> None:
+    """Tell what a vehicle refused; standard error is the simulator's log."""
+    click.echo(line, err=True)
+
+
 async def _serve(plan: MissionPlan, fleet: Fleet, run_dir: Path | None) -> None:
     stop = asyncio.Event()
     loop = asyncio.get_running_loop()
@@ -85,17 +138,29 @@ async def _serve(plan: MissionPlan, fleet: Fleet, run_dir: Path | None) -> None:
     boot_id = time.time_ns() & 0xFFFFFFFF
     link = FleetLink.open(plan.mission.name, PARTICIPANT, listen=[plan.simulator_endpoint()])
     server = None
+    control = ControlPort(fleet)
     try:
         payload = Payload(fleet, link, boot_id)
-        server = Server(fleet, plan.mission.simulation.speedup, payload.tick)
+        server = Server(fleet, plan.mission.simulation.speedup, payload.tick, _note)
         await server.open()
+        await _open_control(control, plan, fleet)
         click.echo("ready")
         await server.run(stop)
         await server.close()
     finally:
+        control.close()
         link.close()
         if run_dir is not None and server is not None:
             write_result(run_dir, result_of(fleet, server.late_ticks))
+
+
+async def _open_control(control: ControlPort, plan: MissionPlan, fleet: Fleet) -> None:
+    """Drills are a convenience: without their port the simulator serves all the same, and says so."""
+    host, port = plan.mission.radio.endpoint_host, control_port(fleet)
+    try:
+        await control.open(host, port)
+    except OSError as error:
+        click.echo(f"control port {host}:{port} cannot be had ({error.strerror}); `inject` will not work", err=True)
 
 
 if __name__ == "__main__":

@@ -112,6 +112,11 @@ class ParameterTable:
         """Return the value of a parameter, KeyError when there is none of that name."""
         return self._values[self._index[name]]
 
+    def get(self, name: str, default: float) -> float:
+        """Value of a parameter, `default` when this firmware has none of that name."""
+        index = self._index.get(name)
+        return default if index is None else self._values[index]
+
     def at(self, index: int) -> tuple[Parameter, float]:
         """Row and value by index, IndexError when it is out of range."""
         if not 0 <= index < len(self._rows):

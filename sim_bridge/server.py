@@ -44,9 +44,10 @@ class TcpConnection(asyncio.Protocol):
             return
         self._client = self._node.connect()
         self._client.wake = self.flush
+        self._client.hang_up = transport.close
 
     def data_received(self, data: bytes) -> None:
-        if self._client is not None:
+        if self._client is not None and not self._node.vehicle.link_lost:
             self._node.receive(self._client, data)
             self._node.flush()
 
@@ -60,6 +61,8 @@ class TcpConnection(asyncio.Protocol):
         if self._client is None or self._transport is None:
             return
         data = self._node.take_output(self._client)
+        if self._node.vehicle.link_lost:
+            return
         if data and self._transport.get_write_buffer_size() < BUFFER_LIMIT_BYTES:
             self._transport.write(data)
 
@@ -78,12 +81,15 @@ class UdpEndpoint(asyncio.DatagramProtocol):
         self._transport = transport
 
     def datagram_received(self, data: bytes, addr: tuple[str, int]) -> None:
+        if self._node.vehicle.link_lost:
+            return
         known = self._peers.get(addr)
         if known is None:
             if len(self._node.clients) >= MAX_CLIENTS:
                 return
             client = self._node.connect()
             client.wake = lambda: self._flush(client, addr)
+            client.hang_up = lambda: self._forget(addr)
         else:
             client = known[0]
         self._peers[addr] = (client, self._wall_clock())
@@ -101,9 +107,12 @@ class UdpEndpoint(asyncio.DatagramProtocol):
                 del self._peers[addr]
                 self._node.disconnect(client)
 
+    def _forget(self, addr: tuple[str, int]) -> None:
+        self._peers.pop(addr, None)
+
     def _flush(self, client: Client, addr: tuple[str, int]) -> None:
         """Send each message as a datagram of its own, as autopilots do."""
-        for frame in client.outbox:
+        for frame in () if self._node.vehicle.link_lost else client.outbox:
             if self._transport.get_write_buffer_size() < BUFFER_LIMIT_BYTES:
                 self._transport.sendto(frame, addr)
         client.outbox.clear()
@@ -123,10 +132,11 @@ class Server:
         fleet: Fleet,
         speedup: float,
         on_step: Callable[[], None] = lambda: None,
+        log: Callable[[str], None] = lambda line: None,
         wall_clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self.fleet = fleet
-        self.nodes = [Node(vehicle, fleet.plan.datum) for vehicle in fleet.vehicles]
+        self.nodes = [Node(vehicle, fleet.plan.datum, log) for vehicle in fleet.vehicles]
         self.late_ticks = 0
         self._step_wall_s = STEP_US * 1e-6 / speedup
         self._on_step = on_step

@@ -6,7 +6,7 @@ import math
 
 from sim_bridge.autopilot.dialect import Message, mavlink
 from sim_bridge.autopilot.guided import latitude_longitude_deg
-from sim_bridge.autopilot.service import CommandHandler, CommandRequest, MessageBuilder, Service
+from sim_bridge.autopilot.service import Client, CommandHandler, CommandRequest, MessageBuilder, MessageHandler, Service
 from sim_bridge.autopilot.telemetry import degrees_e7
 from sim_bridge.reply import Outcome
 from vehicle_agent.domain.frames import Geodetic, enu_to_ned
@@ -20,6 +20,9 @@ class HomeService(Service):
             mavlink.MAV_CMD_GET_HOME_POSITION: self._get_home,
             mavlink.MAV_CMD_DO_SET_HOME: self._set_home,
         }
+
+    def handlers(self) -> dict[str, MessageHandler]:
+        return {"SET_GPS_GLOBAL_ORIGIN": self._on_set_origin}
 
     def builders(self) -> dict[int, MessageBuilder]:
         return {
@@ -56,6 +59,17 @@ class HomeService(Service):
             round(place.altitude_amsl_m * 1000),
             self.node.vehicle.clock.elapsed_us,
         )
+
+    def _on_set_origin(self, client: Client, message: Message) -> None:
+        if message.target_system not in (0, self.node.system_id):
+            return
+        place = Geodetic(message.latitude * 1e-7, message.longitude * 1e-7, message.altitude * 1e-3)
+        if abs(place.latitude_deg) > 90.0 or abs(place.longitude_deg) > 180.0:
+            return
+        reply = self.node.vehicle.set_origin(self.node.datum.to_enu(place))
+        told = self.origin()
+        if reply.accepted and told is not None:
+            self.node.broadcast(told)
 
     def _get_home(self, request: CommandRequest) -> Outcome:
         message = self.home_position()

@@ -27,12 +27,15 @@ class Client:
         (system id, component id) heard on this connection.
     wake
         Called by the node's `flush` when something waits; set by whoever owns the socket.
+    hang_up
+        Called when the vehicle breaks the connection off; set by whoever owns the socket.
     """
 
     codec: Any
     outbox: list[bytes] = field(default_factory=list)
     routes: set[tuple[int, int]] = field(default_factory=set)
     wake: Callable[[], None] = lambda: None
+    hang_up: Callable[[], None] = lambda: None
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,6 +52,8 @@ class CommandRequest:
         Parameter 7.
     frame
         MAV_FRAME of a COMMAND_INT; None with COMMAND_LONG.
+    sender
+        System and component id of who asks.
     afterwards
         Messages that follow the acknowledgement to the same client.
     """
@@ -60,12 +65,14 @@ class CommandRequest:
     y: float
     z: float
     frame: int | None
+    sender: tuple[int, int] = (0, 0)
     afterwards: list[Message] = field(default_factory=list)
 
 
 MessageHandler = Callable[[Client, Message], None]
 CommandHandler = Callable[[CommandRequest], Outcome]
 MessageBuilder = Callable[[], Message | None]
+Responder = Callable[[CommandRequest], list[Message]]
 
 
 class Service:
@@ -84,6 +91,10 @@ class Service:
 
     def builders(self) -> dict[int, MessageBuilder]:
         """Messages it can build on request or as a stream, by id; a builder returns None while it has nothing."""
+        return {}
+
+    def responders(self) -> dict[int, Responder]:
+        """Messages, by id, that are told on request only and depend on the request's parameters."""
         return {}
 
     def tick(self) -> None:
