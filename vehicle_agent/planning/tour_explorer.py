@@ -22,6 +22,8 @@ from vehicle_agent.planning.interface import Decision, Finished, Observation, Si
 from vehicle_agent.planning.patches import PatchDivision, Patches
 from vehicle_agent.planning.travel import next_leg, way_length_m
 
+EastNorth = tuple[float, float]
+
 
 @dataclass(frozen=True, slots=True)
 class ToursParams:
@@ -33,13 +35,14 @@ class ToursParams:
         Width of a patch in sensing ranges.
     service
         Extra way that a wholly unseen patch costs, in patch widths.
-    small_share
-        A patch with at most this share unseen is visited at its nearest unseen cell, a fuller one at its middle.
+    look_closer_after
+        Fruitless decisions after which a patch is approached at its nearest unseen cell, no more at the middle of them.
     remnant_share, seen_beside
         A patch with less than this share unseen is no stop of its own when a stop lies within `seen_beside` sensing
         ranges of it: whoever goes there sees it in passing.
     patience
-        Decisions for a patch without seeing more of it or coming nearer before it is given up.
+        Fruitless decisions, neither nearer nor seeing more, after which a patch is given up; when nothing else is left
+        those given up are tried once more, since what stood in the way may have gone.
     keep_for
         Decisions after which tours are computed anew in any case.
     passes
@@ -50,29 +53,39 @@ class ToursParams:
 
     patch_width: float = 1.5
     service: float = 0.3
-    small_share: float = 0.5
+    look_closer_after: int = 2
     remnant_share: float = 0.35
     seen_beside: float = 0.85
     patience: int = 6
-    keep_for: int = 8
+    keep_for: int = 3
     passes: int = 30
     way_back: float = 1.0
+
+
+@dataclass(slots=True)
+class _Effort:
+    """What has been tried for one patch: its unseen cells and distance at the last decision, and vain decisions."""
+
+    unseen: float = math.inf
+    away_m: float = math.inf
+    fruitless: int = 0
 
 
 class TourExplorer:
     """One vehicle's part in the team's tours."""
 
-    def __init__(self, home_en_m: tuple[float, float], range_m: float, params: ToursParams | None = None) -> None:
+    def __init__(self, home_en_m: EastNorth, range_m: float, params: ToursParams | None = None) -> None:
         self._params = params or ToursParams()
         self._home_en_m = home_en_m
         self._range_m = range_m
         self._division: PatchDivision | None = None
-        self._tour_en_m: list[tuple[float, float]] = []
+        self._tour_en_m: list[EastNorth] = []
         self._patch: int | None = None
+        self._unseen_when_chosen = 0
         self._decisions = 0
         self._given_up: set[int] = set()
-        self._progress = (math.inf, math.inf)
-        self._fruitless = 0
+        self._tried_again = False
+        self._efforts: dict[int, _Effort] = {}
 
     def tell(self, observation: Observation) -> None:
         """Nothing is learned from measurements beyond the map."""
@@ -86,7 +99,7 @@ class TourExplorer:
             return Finished("nothing unseen is left within reach")
         assert self._patch is not None
         target = self._target_in(situation, self._division, self._patch)
-        if self._is_fruitless(situation, target):
+        if self._is_fruitless(situation, self._division, self._patch, target):
             self._given_up.add(self._patch)
             self._patch = None
             return Wait("gave up a patch: no way to see the rest of it")
@@ -104,14 +117,20 @@ class TourExplorer:
         if self._patch is None or self._decisions >= self._params.keep_for:
             return True
         cells = division.cells_of(self._patch)
-        return not (situation.area_cells[cells] & ~situation.team_map.observed[cells]).any()
+        unseen = int((situation.area_cells[cells] & ~situation.team_map.observed[cells]).sum())
+        return unseen == 0 or unseen < self._params.remnant_share * self._unseen_when_chosen
 
     def _share_out(self, situation: Situation, division: PatchDivision) -> bool:
         """Compute the team's tours and take the own one; False when nothing is left."""
         params = self._params
         patches = division.with_unseen(situation.area_cells & ~situation.team_map.observed)
-        keep = ~np.isin(patches.numbers, list(self._given_up))
-        patches = patches.only(keep)
+        untried = ~np.isin(patches.numbers, list(self._given_up))
+        if not untried.any() and not self._tried_again:
+            self._tried_again = True
+            self._given_up.clear()
+            self._efforts.clear()
+            untried[:] = True
+        patches = patches.only(untried)
         whole = division.size_cells[0] * division.size_cells[1]
         patches = patches.only(_stops(patches, params.remnant_share * whole, params.seen_beside * self._range_m))
         if len(patches) == 0:
@@ -130,39 +149,35 @@ class TourExplorer:
         if len(own) == 0:
             own = _nearest(patches.centroids_en_m, situation.position_enu_m)
         number = int(patches.numbers[own[0]])
-        if number != self._patch:
-            self._patch, self._progress, self._fruitless = number, (math.inf, math.inf), 0
+        self._patch = number
+        self._unseen_when_chosen = int(patches.unseen[own[0]])
         self._tour_en_m = [(float(e), float(n)) for e, n in patches.centroids_en_m[own[1:]]]
         return True
 
-    def _target_in(self, situation: Situation, division: PatchDivision, patch: int) -> tuple[float, float]:
-        """Where to go for a patch: the middle of its unseen cells, or the nearest when few are left."""
+    def _target_in(self, situation: Situation, division: PatchDivision, patch: int) -> EastNorth:
+        """Where to go for a patch: the middle of its unseen cells, or the nearest when that has not helped."""
         columns, rows = division.cells_of(patch)
         unseen = situation.area_cells[columns, rows] & ~situation.team_map.observed[columns, rows]
         across, along = np.nonzero(unseen)
         grid = situation.team_map.grid
         points = grid.centres_of((across + columns.start) * grid.rows + along + rows.start)
         here = np.array(situation.position_enu_m[:2])
-        if len(points) > self._params.small_share * unseen.size:
+        if self._efforts.get(patch, _Effort()).fruitless < self._params.look_closer_after:
             middle = points.mean(axis=0)
             return (float(middle[0]), float(middle[1]))
         nearest = points[int(np.argmin(np.hypot(*(points - here).T)))]
         return (float(nearest[0]), float(nearest[1]))
 
-    def _is_fruitless(self, situation: Situation, target: tuple[float, float]) -> bool:
-        """Count decisions that brought the vehicle no nearer to the patch and showed no more of it."""
-        assert self._patch is not None
-        assert self._division is not None
-        cells = self._division.cells_of(self._patch)
-        unseen = float((situation.area_cells[cells] & ~situation.team_map.observed[cells]).sum())
+    def _is_fruitless(self, situation: Situation, division: PatchDivision, patch: int, target: EastNorth) -> bool:
+        """Note a decision for a patch; True when too many brought the vehicle no nearer and showed no more of it."""
+        cells = division.cells_of(patch)
+        unseen = int((situation.area_cells[cells] & ~situation.team_map.observed[cells]).sum())
         away_m = way_length_m(situation.position_enu_m, target)
-        best_unseen, best_away_m = self._progress
-        if unseen < best_unseen or away_m < best_away_m - 0.25 * situation.team_map.grid.cell_m:
-            self._progress = (min(unseen, best_unseen), min(away_m, best_away_m) if unseen == best_unseen else away_m)
-            self._fruitless = 0
-            return False
-        self._fruitless += 1
-        return self._fruitless >= self._params.patience
+        effort = self._efforts.setdefault(patch, _Effort())
+        nearer = away_m < effort.away_m - 0.25 * situation.team_map.grid.cell_m
+        effort.fruitless = 0 if nearer or unseen < effort.unseen else effort.fruitless + 1
+        effort.unseen, effort.away_m = min(unseen, effort.unseen), away_m
+        return effort.fruitless >= self._params.patience
 
 
 def _nearest(points_en_m: FloatArray, position_enu_m: Point) -> IndexArray:
