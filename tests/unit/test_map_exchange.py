@@ -90,11 +90,26 @@ def test_a_scan_too_large_for_one_record_is_split_and_nothing_is_lost(monkeypatc
 
 def test_an_impossible_scan_is_counted_and_changes_nothing() -> None:
     ada = exchange()
-    for impossible in (seen([3, 3]), seen([5, 4]), seen([GRID.cells]), seen([-1]), seen([1], np.iinfo(np.int64).max)):
+    for impossible in (seen([3, 3]), seen([5, 4]), seen([GRID.cells]), seen([-1])):
         assert ada.observe(impossible) == 0
-    assert ada.refused == 5
+    assert ada.refused == 4
     assert not ada.team_map.observed.any()
     assert ada.next_record() is None
+
+
+@pytest.mark.parametrize(
+    ("stamp_ms", "elevation_dm"), [(-1, 0), (np.iinfo(np.int64).max, 0), (5, 250_001), (5, -(2**31)), (2**53 + 1, 0)]
+)
+def test_cells_of_which_nobody_could_be_told_are_left_out(stamp_ms: int, elevation_dm: int) -> None:
+    ada = exchange()
+    odd = CellObservations(
+        np.array([1, 2]), np.array([50, elevation_dm], dtype=np.int32), np.array([5, stamp_ms], dtype=np.int64)
+    )
+    assert ada.observe(odd) == 1
+    assert ada.refused == 1
+    record = ada.next_record()
+    assert record is not None
+    assert exchange("bob").receive([record]) == 1
 
 
 def test_a_restarted_agent_resumes_its_stream_and_its_map() -> None:

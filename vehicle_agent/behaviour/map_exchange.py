@@ -15,7 +15,7 @@ import numpy as np
 
 from vehicle_agent.domain.elevation import CellObservations, ElevationMap
 from vehicle_agent.domain.grid import Grid
-from vehicle_agent.wire.cells import pack_cells, unpack_cells
+from vehicle_agent.wire.cells import MAX_ELEVATION_DM, MAX_STAMP_MS, pack_cells, unpack_cells
 from vehicle_agent.wire.messages import MAX_RECORDS, DeltaRecord, Digest, StreamHeld
 
 StreamId = tuple[str, int]
@@ -98,7 +98,17 @@ class MapExchange:
         return self._streams.setdefault((self._team[self._own_index], self._stream_id), Stream())
 
     def observe(self, cells: CellObservations) -> int:
-        """Fold one scan of the own sensor in; return how many cells it changed. An impossible scan is counted."""
+        """Fold one scan of the own sensor in; return how many cells it changed.
+
+        An impossible scan, and one with cells of which nobody could be told, is counted; of the latter the rest counts.
+        """
+        sayable = (np.abs(cells.elevations_dm.astype(np.int64)) <= MAX_ELEVATION_DM) & (cells.stamps_ms >= 0)
+        sayable &= cells.stamps_ms <= MAX_STAMP_MS
+        if not sayable.all():
+            self.refused += 1
+            cells = CellObservations(
+                cells.cell_indices[sayable], cells.elevations_dm[sayable], cells.stamps_ms[sayable]
+            )
         try:
             changed = self.team_map.observe(self._own_index, cells)
         except ValueError:
