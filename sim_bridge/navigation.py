@@ -47,12 +47,11 @@ class Navigation:
         self._reckons = np.zeros(count, dtype=np.bool_)
         self._since_s = 0.0
         self._underwater = bodies.kind == BodyKind.UNDERWATER
+        vertical = np.where(self._underwater, 0.0, VERTICAL_SHARE)
+        self._spread_m: FloatArray = noise_m * np.column_stack((np.ones((count, 2)), vertical))
         if noise_m > 0.0:
             for index, stream in enumerate(streams):
-                bodies.error_m[index] = self._spread() * stream.standard_normal(3)
-
-    def _spread(self) -> FloatArray:
-        return self._noise_m * np.array([1.0, 1.0, VERTICAL_SHARE])
+                bodies.error_m[index] = self._spread_m[index] * stream.standard_normal(3)
 
     def has_fix(self, index: int) -> bool:
         return not self._reckons[index]
@@ -78,8 +77,8 @@ class Navigation:
                 step = RECKONING_NOISE_M_S * math.sqrt(period_s) * stream.standard_normal(2)
                 error[:2] += self._bias_m_s[index] * period_s + step
             elif self._reckons[index]:
-                error[:] = self._spread() * stream.standard_normal(3)
+                error[:] = self._spread_m[index] * stream.standard_normal(3)
             elif self._noise_m > 0.0:
                 draw = stream.standard_normal(3)
-                error[:] = keep * error + math.sqrt(1.0 - keep * keep) * self._spread() * draw
+                error[:] = keep * error + math.sqrt(1.0 - keep * keep) * self._spread_m[index] * draw
         self._reckons = lost

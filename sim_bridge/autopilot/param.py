@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from sim_bridge.autopilot.dialect import Message, mavlink
 from sim_bridge.autopilot.service import Client, MessageHandler, Service
+from sim_bridge.parameters import ParameterType
 
 if TYPE_CHECKING:
     from sim_bridge.autopilot.node import Node
@@ -17,7 +19,7 @@ BY_NAME_INDEX = 65535
 
 
 class ParameterService(Service):
-    """Values travel as floats whatever their type (ArduPilot's "C cast"); unknown names get silence."""
+    """Values travel as floats whatever their type (ArduPilot's "C cast") or bytewise (PX4); unknown names: silence."""
 
     def __init__(self, node: Node) -> None:
         super().__init__(node)
@@ -45,9 +47,15 @@ class ParameterService(Service):
     def _value(self, index: int, told_index: int) -> Message:
         table = self.node.vehicle.parameters
         row, value = table.at(index)
+        if self._bytewise and row.kind is not ParameterType.REAL32:
+            value = integer_as_float(int(value))
         return mavlink.MAVLink_param_value_message(
             row.name.encode("ascii"), value, int(row.kind), len(table), told_index
         )
+
+    @property
+    def _bytewise(self) -> bool:
+        return self.node.vehicle.personality.bytewise_parameters
 
     def _on_request_list(self, client: Client, message: Message) -> None:
         self._listings[client] = iter(range(len(self.node.vehicle.parameters)))
@@ -63,5 +71,19 @@ class ParameterService(Service):
     def _on_set(self, client: Client, message: Message) -> None:
         vehicle, name = self.node.vehicle, message.param_id
         if name in vehicle.parameters:
-            vehicle.set_parameter(name, message.param_value)
+            value = message.param_value
+            row, _ = vehicle.parameters.at(vehicle.parameters.index_of(name))
+            if self._bytewise and row.kind is not ParameterType.REAL32:
+                value = float(float_as_integer(value))
+            vehicle.set_parameter(name, value)
             self.node.broadcast(self._value(vehicle.parameters.index_of(name), BY_NAME_INDEX))
+
+
+def integer_as_float(value: int) -> float:
+    """The float whose bytes are those of a 32-bit integer."""
+    return float(struct.unpack("<f", struct.pack("<i", value))[0])
+
+
+def float_as_integer(value: float) -> int:
+    """The 32-bit integer whose bytes are those of a float."""
+    return int(struct.unpack("<i", struct.pack("<f", value))[0])
