@@ -18,6 +18,8 @@ _RIM = 1.5
 """A leg that begins on unknown ground goes at most so many cells over it, or at most so many beyond it."""
 _FAR = 1e8
 """Cells from the grid beyond which no leg is looked at."""
+WAVER_M = 0.05
+"""Positions waver so much: two that are too near already may come nearer by it."""
 
 
 @compiled
@@ -186,6 +188,12 @@ def segment_distance_m(a0: FloatArray, a1: FloatArray, b0: FloatArray, b1: Float
 
 
 @compiled
+def least_distance_m(separation: float, now: float) -> float:
+    """How near one may come: the separation, or no nearer than one is already but for what positions waver."""
+    return separation if now >= separation else now - WAVER_M
+
+
+@compiled
 def come_too_near(
     start: FloatArray, ends: FloatArray, rival_starts: FloatArray, rival_ends: FloatArray, separation: float
 ) -> BoolArray:
@@ -210,10 +218,10 @@ def come_too_near(
             if near[index]:
                 continue
             apart = segment_distance_m(start, ends[index], place, leg_end)
-            near[index] = apart < separation and apart < to_leg - 0.05
+            near[index] = apart < least_distance_m(separation, to_leg)
             if not near[index]:
                 apart = segment_distance_m(start, ends[index], place, place)
-                near[index] = apart < separation and apart < to_place - 0.05
+                near[index] = apart < least_distance_m(separation, to_place)
     return near
 
 

@@ -115,6 +115,8 @@ def _basis(points: FloatArray) -> FloatArray:
     Points are given relative to the vehicle and scaled to the window: the paper leaves both open, and without them
     the normal equations of eq. 9 are too ill-conditioned for double precision.
     """
-    powers = points[:, None, :] ** _EXPONENTS[None, :, :]
-    basis: FloatArray = powers[:, :, 0] * powers[:, :, 1] * powers[:, :, 2]
+    squares = points * points
+    powers = np.stack((np.ones_like(points), points, squares, squares * points))  # (4, N, 3)
+    u, v, z = (powers[_EXPONENTS[:, axis], :, axis] for axis in range(3))  # (20, N) each
+    basis: FloatArray = (u * v * z).T
     return basis

@@ -11,7 +11,14 @@ import numpy.typing as npt
 
 from vehicle_agent.domain.frames import FloatArray, Point
 from vehicle_agent.domain.grid import Grid
-from vehicle_agent.domain.paths import as_array, come_too_near, ground_heights, leg_clearances, segment_distance_m
+from vehicle_agent.domain.paths import (
+    as_array,
+    come_too_near,
+    ground_heights,
+    least_distance_m,
+    leg_clearances,
+    segment_distance_m,
+)
 from vehicle_agent.domain.polygon import BoolArray
 
 _HEIGHT_SHARES = np.linspace(0.0, 1.0, 17) ** 2
@@ -172,7 +179,7 @@ class Constraints:
 
     def _comes_too_near(self, start: FloatArray, end: FloatArray, theirs: FloatArray, there: FloatArray) -> bool:
         apart_m = segment_distance_m(start, end, theirs, there)
-        return apart_m < self.separation_m and apart_m < segment_distance_m(start, start, theirs, there) - 0.05
+        return apart_m < least_distance_m(self.separation_m, segment_distance_m(start, start, theirs, there))
 
 
 def _point(row: FloatArray) -> Point:

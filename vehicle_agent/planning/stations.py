@@ -1,0 +1,214 @@
+"""Stations: decentralised static coverage in which vehicles agree on places by words and then fly there.
+
+Each vehicle claims the station where it will stay. In turn, whenever it is asked, it proposes to itself places near
+its station, places over ground that nobody would see, and keeps the one whose view adds most to what the teammates'
+claimed stations see, all predicted on the team's map. That is best response in a game whose potential is the team's
+coverage (wonderful-life utility), so every change helps the team; Gumbel noise on the gains, cooling to none,
+makes it log-linear learning (Marden and Shamma 2012), which leaves poor equilibria before they freeze.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from vehicle_agent.domain.frames import FloatArray, Point
+from vehicle_agent.domain.polygon import BoolArray
+from vehicle_agent.domain.visibility import eyes_in_cells, mark_view, weigh_views
+from vehicle_agent.planning.frontier_travel import bearing_word
+from vehicle_agent.planning.ground_estimate import GroundEstimate
+from vehicle_agent.planning.interface import Decision, Finished, Observation, Situation, Wait, Waypoint
+from vehicle_agent.planning.station_leg import leg_to_station
+
+
+@dataclass(frozen=True, slots=True)
+class StationsParams:
+    """How stations are chosen.
+
+    Attributes
+    ----------
+    local_scales
+        Standard deviations of proposals around the own station, in sensing ranges.
+    per_scale
+        Proposals of each.
+    far
+        Proposals over ground that no claimed station sees.
+    heat
+        Standard deviation of the first noise, as a share of the cells of a whole view.
+    heated_decisions
+        Decisions until the noise is gone.
+    view_cells
+        Range in cells of the coarse map on which heated proposals are compared.
+    dear_way
+        Cells of gain that a metre of way is worth while heated.
+    patience
+        Cold decisions without gain after which a vehicle has settled.
+    refresh
+        Decisions between looks at a growing map.
+    """
+
+    local_scales: tuple[float, ...] = (0.03, 0.1, 0.3)
+    per_scale: int = 8
+    far: int = 12
+    heat: float = 0.02
+    heated_decisions: int = 180
+    view_cells: float = 12.5
+    dear_way: float = 0.0
+    patience: int = 40
+    refresh: int = 5
+
+    def __post_init__(self) -> None:
+        if self.per_scale < 0 or self.far < 0 or self.heated_decisions < 0 or self.patience < 1 or self.refresh < 1:
+            raise ValueError("per_scale, far and heated_decisions must not be negative, patience and refresh not 0")
+        if not (self.heat >= 0.0 and self.view_cells > 0.0):
+            raise ValueError("heat must not be negative, view_cells must be positive")
+
+
+class Stations:
+    """One vehicle's part in the team's stations."""
+
+    def __init__(self, rng: np.random.Generator, params: StationsParams | None = None) -> None:
+        self._params = params or StationsParams()
+        self._rng = rng
+        self._coarse: GroundEstimate | None = None
+        self._fine: GroundEstimate | None = None
+        self._station: FloatArray | None = None
+        self._decisions = 0
+        self._stale = 0
+        self._known = -1
+        self._team: tuple[int, ...] = ()
+        self._views: dict[int, tuple[Point, BoolArray]] = {}
+
+    def tell(self, observation: Observation) -> None:
+        """Nothing is learned from measurements beyond the map."""
+
+    def ask(self, situation: Situation) -> Decision:
+        estimate = self._estimate_for(situation)
+        if self._station is None:
+            self._station = np.array(situation.position_enu_m)
+        if self._stale < self._params.patience:
+            self._revise(situation, estimate, self._station)
+        self._decisions += 1
+        return self._way(situation, self._station)
+
+    @property
+    def _cold(self) -> bool:
+        return self._decisions >= self._params.heated_decisions
+
+    def _estimate_for(self, situation: Situation) -> GroundEstimate:
+        """The estimate to compare places on: coarse while heated, the map's own cells after."""
+        grid, params = situation.team_map.grid, self._params
+        if self._coarse is None:
+            block = max(1, round(situation.range_m / (params.view_cells * grid.cell_m)))
+            self._coarse = GroundEstimate(grid, situation.area_cells, block)
+        team = tuple(mate.index for mate in situation.teammates)
+        if team != self._team:  # somebody died or joined: room to leave the present places again
+            if self._team:
+                self._decisions = min(self._decisions, params.heated_decisions // 2)
+                self._views.clear()
+            self._team, self._stale = team, 0
+        estimate = self._coarse
+        if self._cold:
+            if self._fine is None:
+                self._fine = GroundEstimate(grid, situation.area_cells, 1)
+                self._known = -1
+            estimate = self._fine
+        elif self._fine is not None:
+            self._fine, self._known = None, -1
+        if self._known < 0 or self._decisions % params.refresh == 0:
+            known = int(situation.team_map.observed.sum())
+            if known != self._known:
+                self._known, self._stale = known, 0
+                self._views.clear()
+                estimate.take(situation.team_map)
+        return estimate
+
+    def _revise(self, situation: Situation, estimate: GroundEstimate, station: FloatArray) -> None:
+        """Move the own station to the proposal of the greatest noisy gain."""
+        params = self._params
+        wanted = estimate.weights * ~self._seen_by_teammates(situation, estimate)
+        proposals = self._admissible(situation, estimate, self._proposals(situation, estimate, station, wanted))
+        eyes = eyes_in_cells(estimate.grid, proposals)
+        gains = weigh_views(estimate.elevation_m, eyes, estimate.grid.cell_m, situation.range_m, estimate.top_m, wanted)
+        cooled = self._decisions / max(1, params.heated_decisions)
+        values = gains
+        if cooled < 1.0:
+            whole_view = math.pi * (situation.range_m / situation.team_map.grid.cell_m) ** 2
+            noise = params.heat * whole_view * (1.0 - cooled)
+            away_m = np.linalg.norm(proposals - np.array(situation.position_enu_m), axis=1)
+            values = gains + noise * self._rng.gumbel(size=len(gains)) - params.dear_way * away_m
+        best = int(np.argmax(values))
+        if cooled >= 1.0 and gains[best] < gains[0] + 0.5:
+            self._stale += 1
+            return
+        if best != 0:
+            self._station = proposals[best]
+            self._stale = 0
+
+    def _seen_by_teammates(self, situation: Situation, estimate: GroundEstimate) -> BoolArray:
+        seen = np.zeros(estimate.grid.shape, dtype=np.bool_)
+        for mate in situation.teammates:
+            place = mate.goal_enu_m or mate.position_enu_m
+            known = self._views.get(mate.index)
+            if known is None or known[0] != place or known[1].shape != seen.shape:
+                view: BoolArray = np.zeros(estimate.grid.shape, dtype=np.bool_)
+                eye = eyes_in_cells(estimate.grid, np.array(place))[0]
+                mark_view(estimate.elevation_m, eye, estimate.grid.cell_m, situation.range_m, estimate.top_m, view)
+                known = self._views[mate.index] = (place, view)
+            seen |= known[1]
+        return seen
+
+    def _proposals(
+        self, situation: Situation, estimate: GroundEstimate, station: FloatArray, wanted: FloatArray
+    ) -> FloatArray:
+        """The present station first, then places around it and places over ground that nobody would see: (M, 3)."""
+        params, rng = self._params, self._rng
+        stretch = np.array((1.0, 1.0, 0.5)) * situation.range_m
+        around = [rng.standard_normal((params.per_scale, 3)) * stretch * scale for scale in params.local_scales]
+        choices = [station[None, :], *(station + offsets for offsets in around)]
+        unseen = np.flatnonzero(wanted)
+        if params.far and len(unseen):
+            far = np.empty((params.far, 3))
+            middles = estimate.grid.centres_of(rng.choice(unseen, params.far))
+            far[:, :2] = middles + rng.standard_normal((params.far, 2)) * 0.5 * situation.range_m
+            limits = situation.constraints
+            lowest_m, highest_m = limits.min_above_m, min(limits.max_above_m, 0.6 * situation.range_m)
+            far[:, 2] = estimate.ground_m(far) + rng.uniform(lowest_m, max(lowest_m, highest_m), params.far)
+            choices.append(far)
+        return np.concatenate(choices)
+
+    def _admissible(self, situation: Situation, estimate: GroundEstimate, places: FloatArray) -> FloatArray:
+        """Proposals moved into the area and its height band; those too near to teammates' stations left out."""
+        limits, grid = situation.constraints, situation.team_map.grid
+        margin_m = 0.5 * grid.cell_m
+        places = places.copy()
+        places[:, 0] = places[:, 0].clip(grid.west_m + margin_m, grid.east_m - margin_m)
+        places[:, 1] = places[:, 1].clip(grid.south_m + margin_m, grid.north_m - margin_m)
+        ground_m = estimate.ground_m(places)
+        known_m = limits.grounds_m(places)
+        ground_m = np.where(np.isnan(known_m), ground_m, known_m)
+        lowest_m = ground_m + limits.min_above_m
+        places[:, 2] = places[:, 2].clip(lowest_m, ground_m + limits.max_above_m)
+        keep = lowest_m <= limits.ceiling_m
+        places[:, 2] = np.minimum(places[:, 2], limits.ceiling_m)
+        for mate in situation.teammates:
+            theirs = np.array(mate.goal_enu_m or mate.position_enu_m)
+            keep &= np.linalg.norm(places - theirs, axis=1) >= 1.05 * limits.separation_m
+        keep[0] = True
+        return places[keep]
+
+    def _way(self, situation: Situation, station: FloatArray) -> Decision:
+        here = situation.position_enu_m
+        there = (float(station[0]), float(station[1]), float(station[2]))
+        away_m = math.dist(here, there)
+        near_m = 0.02 * situation.constraints.reach_m
+        if away_m <= near_m:
+            if self._cold and self._stale >= self._params.patience:
+                return Finished("settled: no place is known that would show the team more")
+            return Waypoint(here, "on its station", there, away_m)
+        end = leg_to_station(here, there, situation.constraints)
+        if end is None:
+            return Wait("the way to its station is taken")
+        return Waypoint(end, f"station {away_m:.0f} m {bearing_word(here[:2], there[:2])}", there, away_m, (there,))
