@@ -413,7 +413,7 @@ def test_a_low_battery_calls_home() -> None:
     bench.set(battery_fraction=0.14)
     bench.tick()
     assert bench.agent.stage is Stage.RETURNING
-    assert "battery at 14 %" in [e.text for e in bench.said(Event) if e.code == "returning"][0]
+    assert "battery at 14 %" in next(e.text for e in bench.said(Event) if e.code == "returning")
 
 
 def test_the_time_limit_calls_home() -> None:

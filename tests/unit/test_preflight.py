@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -28,7 +30,7 @@ def test_the_autopilot_is_told_whom_to_watch_before_anything_else() -> None:
 def test_vehicles_return_at_heights_of_their_own_above_all_ground() -> None:
     heights = [return_height_m(PLAN, index, 120.0, 50.0) for index in range(3)]
     assert heights[0] == 120.0 - 50.0 + 30.0
-    assert all(above - below >= 10.0 for below, above in zip(heights, heights[1:], strict=False))
+    assert all(above - below >= 10.0 for below, above in itertools.pairwise(heights))
     assert return_height_m(PLAN, 0, -500.0, 50.0) == 30.0
 
 
