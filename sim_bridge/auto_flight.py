@@ -125,6 +125,13 @@ class AutoFlight:
         self._jumps.clear()
         self.current, self.complete = 0, False
 
+    def motors_stopped(self) -> None:
+        """Note the end of a landing; anywhere else the mission stops where it is."""
+        if self.running and self.landing and self._vehicle.landed:
+            self._reached.append(self.current)
+            self.complete = self._next_navigation(self.current + 1, count_jumps=False) is None
+        self.stop()
+
     def mission_replaced(self) -> None:
         """Carry on after the mission has changed: what is being flown goes on if it still exists."""
         self._jumps.clear()
@@ -141,7 +148,7 @@ class AutoFlight:
         self._do_pending(time_s)
         if self._verify is not None and self._verify(time_s):
             done = self.current
-            self._note_done(done)
+            self._reached.append(done)
             if self.running:
                 self._advance(done + 1)
 
@@ -202,9 +209,6 @@ class AutoFlight:
         self._condition = self._verify = None
         self.landing = False
         self.distance_m = 0.0
-
-    def _note_done(self, index: int) -> None:
-        self._reached.append(index)
 
     def _begin(self, item: PlanItem) -> None:
         vehicle, command = self._vehicle, _C(item.command)
@@ -366,7 +370,7 @@ class AutoFlight:
                 return
             self._condition = None
             self._pending.pop(0)
-            self._note_done(index)
+            self._reached.append(index)
 
     def _do(self, item: PlanItem, time_s: float) -> Callable[[float], bool]:
         """Do a command and return when it counts as done."""

@@ -296,8 +296,12 @@ class Vehicle:
 
     def _refusal_of(self, traits: ModeTraits) -> str | None:
         """Why that mode cannot be entered now; None when it can."""
-        if traits.behaviour is Behaviour.AUTO and self.auto_flight.state is MissionState.NO_MISSION:
-            return "init failed"
+        if traits.behaviour is Behaviour.AUTO:
+            if self.auto_flight.state is MissionState.NO_MISSION:
+                return "init failed"
+            if self.armed and self.landed and not self.auto_flight.starts_with_takeoff:
+                self.say(2, "Auto: Missing Takeoff Cmd")
+                return "init failed"
         if traits.needs_position and not self.position_known:
             return "requires position"
         fresh_s = self.clock.time_s - self._target_heard_s
@@ -360,6 +364,7 @@ class Vehicle:
             self.armed = False
             self.pilot.begin_mode()
             self.pilot.rest()
+            self.auto_flight.motors_stopped()
             self.say(6, self.personality.disarmed_text)
             self._on_disarmed()
         return ACCEPTED

@@ -115,7 +115,7 @@ class FtpService(Service):
 
     def forget(self, client: Client) -> None:
         for kept in (self._files, self._bursts, self._answered):
-            kept.pop(client, None)  # type: ignore[attr-defined]
+            kept.pop(client, None)
 
     def tick(self) -> None:
         for client, bursts in list(self._bursts.items()):

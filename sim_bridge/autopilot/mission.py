@@ -119,12 +119,13 @@ class MissionService(Service):
         if not self._may_read(client, message):
             return None
         items = self._items(message.mission_type)
-        if message.seq >= len(items):
+        index = int(message.seq)
+        if index >= len(items):
             self._acknowledge(client, message, mavlink.MAV_MISSION_ERROR, f"there is no item {message.seq}")
             return None
-        if message.seq == 0 and message.mission_type == MISSION:
+        if index == 0 and message.mission_type == MISSION:
             return self._home()
-        return items[message.seq]
+        return items[index]
 
     def _home(self) -> PlanItem:
         home = self.node.vehicle.home_enu_m

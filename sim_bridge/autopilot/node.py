@@ -31,6 +31,7 @@ from sim_bridge.autopilot.service import (
     Service,
 )
 from sim_bridge.autopilot.signing import SigningService
+from sim_bridge.autopilot.sticks import StickService
 from sim_bridge.autopilot.streams import StreamService
 from sim_bridge.autopilot.telemetry import TelemetryService
 from sim_bridge.autopilot.text import TextService
@@ -62,6 +63,7 @@ SERVICES: tuple[type[Service], ...] = (
     LogService,
     SigningService,
     MaintenanceService,
+    StickService,
 )
 """Every microservice; a new one is a file and a line here."""
 MOST_LOG_LINES = 20

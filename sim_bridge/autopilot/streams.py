@@ -100,7 +100,7 @@ class StreamService(Service):
 
     def forget(self, client: Client) -> None:
         for kept in (self._intervals_us, self._due_us, self._first_due_us):
-            kept.pop(client, None)  # type: ignore[attr-defined]
+            kept.pop(client, None)
 
     def tick(self) -> None:
         now_us = self.node.vehicle.clock.elapsed_us

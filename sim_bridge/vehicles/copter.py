@@ -36,7 +36,7 @@ class Copter(Vehicle):
         if self.pilot.taking_off:
             return LandedState.TAKING_OFF
         descending = self._return is not None and self._return.phase is ReturnPhase.DESCEND
-        if self.behaviour is Behaviour.LAND or descending:
+        if self.behaviour is Behaviour.LAND or descending or self.auto_flight.landing:
             return LandedState.LANDING
         return LandedState.IN_AIR
 
