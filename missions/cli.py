@@ -9,6 +9,8 @@ from typing import Any
 
 import click
 
+from missions.bench.cli import bench
+
 SPEEDUP = click.FloatRange(0.0, 100.0, min_open=True)
 SEED = click.IntRange(0, 2**32 - 1)
 PORT_BASE = click.IntRange(1024, 64_000)
@@ -32,6 +34,9 @@ class _Group(click.Group):
 @click.group(cls=_Group, context_settings={"help_option_names": ["-h", "--help"]})
 def main() -> None:
     """Missions for fleets of unmanned vehicles."""
+
+
+main.add_command(bench)
 
 
 @main.command()
