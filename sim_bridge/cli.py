@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import gc
 import signal
 import sys
 import time
@@ -144,6 +145,9 @@ async def _serve(plan: MissionPlan, fleet: Fleet, run_dir: Path | None) -> None:
         server = Server(fleet, plan.mission.simulation.speedup, payload.tick, _note)
         await server.open()
         await _open_control(control, plan, fleet)
+        # What has been built so far stays: collecting it again and again would make steps late.
+        gc.collect()
+        gc.freeze()
         click.echo("ready")
         await server.run(stop)
         await server.close()
