@@ -26,3 +26,21 @@ def voxels(seed: int, scenes: int, scans: int, json_file: Path | None) -> None:
     from missions.bench.voxels import bench_voxels
 
     sys.exit(bench_voxels(seed, scenes, scans, json_file))
+
+
+@bench.command()
+@JSON
+def autopilot(json_file: Path | None) -> None:
+    """Tell what simulated autopilots cost in CPU time, and how fast fleets of 1 to 50 can be flown."""
+    from missions.bench.autopilot import bench_autopilot
+
+    sys.exit(bench_autopilot(json_file))
+
+
+@bench.command()
+@JSON
+def conformance(json_file: Path | None) -> None:
+    """Ask the simulated vehicles what real ArduPilot vehicles were asked; tell where the answers agree."""
+    from missions.bench.conformance import bench_conformance
+
+    sys.exit(bench_conformance(json_file))
