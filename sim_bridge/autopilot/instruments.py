@@ -38,6 +38,7 @@ class InstrumentService(Service):
             ),
             mavlink.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW: self.servo_outputs,
             mavlink.MAVLINK_MSG_ID_RC_CHANNELS: self.radio_channels,
+            mavlink.MAVLINK_MSG_ID_RC_CHANNELS_SCALED: self.scaled_outputs,
             mavlink.MAVLINK_MSG_ID_POWER_STATUS: lambda: mavlink.MAVLink_power_status_message(5000, 0, 0),
             mavlink.MAVLINK_MSG_ID_MEMINFO: lambda: mavlink.MAVLink_meminfo_message(0, 65535, 131072),
             mavlink.MAVLINK_MSG_ID_NAV_CONTROLLER_OUTPUT: self.navigation,
@@ -92,6 +93,15 @@ class InstrumentService(Service):
     def radio_channels(self) -> Message:
         silent = [0] * (18 - len(STICKS))
         return mavlink.MAVLink_rc_channels_message(self.node.time_boot_ms, 16, *STICKS, *silent, 255)
+
+    def scaled_outputs(self) -> Message | None:
+        """Rudder and throttle of rovers and boats."""
+        vehicle = self.node.vehicle
+        if vehicle.personality.mav_type not in (mavlink.MAV_TYPE_GROUND_ROVER, mavlink.MAV_TYPE_SURFACE_BOAT):
+            return None
+        speed = math.hypot(*vehicle.pilot.velocity_enu_m_s[:2])
+        throttle = round(10_000 * min(speed / vehicle.settings.speed_m_s, 1.0)) if vehicle.armed else 0
+        return mavlink.MAVLink_rc_channels_scaled_message(self.node.time_boot_ms, 0, 0, 0, throttle, 0, 0, 0, 0, 0, 0)
 
     def navigation(self) -> Message:
         vehicle = self.node.vehicle

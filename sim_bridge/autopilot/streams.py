@@ -43,6 +43,7 @@ DATA_STREAMS: dict[int, tuple[str, tuple[int, ...]]] = {
         "SR0_RC_CHAN",
         (mavlink.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW, mavlink.MAVLINK_MSG_ID_RC_CHANNELS),
     ),
+    mavlink.MAV_DATA_STREAM_RAW_CONTROLLER: ("SR0_RAW_CTRL", (mavlink.MAVLINK_MSG_ID_RC_CHANNELS_SCALED,)),
     mavlink.MAV_DATA_STREAM_POSITION: (
         "SR0_POSITION",
         (mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT, mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED),
