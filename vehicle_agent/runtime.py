@@ -34,7 +34,9 @@ _log = logging.getLogger(__name__)
 class Agent(Protocol):
     """What the loop needs of `vehicle_agent.agent.VehicleAgent`."""
 
-    stage: Stage
+    @property
+    def stage(self) -> Stage: ...
+
     bytes_sent: int
     messages_dropped: int
 

@@ -140,6 +140,19 @@ def test_the_way_leads_around_unknown_ground() -> None:
         assert legs < 20
 
 
+@pytest.mark.parametrize("here", [(103.0, 44.0, 40.0), (101.0, 48.0, 40.0), (99.0, 44.0, 90.0), (100.5, 99.0, 40.0)])
+def test_a_vehicle_beside_a_forbidden_corner_gets_round_it(here: tuple[float, float, float]) -> None:
+    surface = level()
+    surface[5:10, 5:10] = math.nan
+    legs = 0
+    while math.dist(here[:2], (75.0, 140.0)) > 1.0:
+        end = next_leg(here, (75.0, 140.0), over(surface))
+        assert end is not None
+        assert over(surface).clearance_m(here, end) >= 29.0
+        here, legs = (end[0] + 0.3, end[1] - 0.2, end[2] + 0.1), legs + 1  # nobody arrives to the centimetre
+        assert legs < 20
+
+
 def test_without_any_known_ground_there_is_no_leg() -> None:
     assert next_leg((50.0, 50.0, 40.0), (90.0, 50.0), over(np.full(GRID.shape, math.nan))) is None
 

@@ -191,6 +191,17 @@ def test_two_frontiers_chosen_in_turn_come_to_an_end() -> None:
     assert any(ends)
 
 
+def test_going_to_and_fro_comes_to_an_end() -> None:
+    given_up = GivenUp(GRID)
+    assert any(given_up.chose(5, 100.0 + 8.0 * (number % 2)) for number in range(20))
+
+
+def test_coming_back_from_afar_costs_no_frontier() -> None:
+    given_up = GivenUp(GRID)
+    for away_m in (300.0, 200.0, 100.0, 50.0, 400.0, 300.0, 200.0, 100.0, 60.0, 40.0):
+        assert not given_up.chose(5, away_m)
+
+
 def test_a_way_that_is_taken_for_a_moment_costs_no_frontier() -> None:
     given_up = GivenUp(GRID)
     assert not any(given_up.waited(5) for _ in range(20))
@@ -218,6 +229,18 @@ def test_frontier_planners_let_go_of_what_they_cannot_mend() -> None:
             here = decision.position_enu_m if isinstance(decision, Waypoint) else here
             decisions += 1
             assert decisions < 60
+
+
+def test_tours_let_go_of_ground_that_nobody_may_fly_near_enough_to_see() -> None:
+    """A forbidden block in a map that is known but for it: a vehicle beside it must not hover for ever."""
+    team_map = known((0, 0, 60, 10), (0, 30, 60, 40), (0, 10, 20, 30), (40, 10, 60, 30))
+    tours = planner("tours")
+    here: Point = (203.0, 94.0, 20.0)
+    decisions = 0
+    while not isinstance(decision := tours.ask(situation(team_map, here)), Finished):  # type: ignore[attr-defined]
+        here = decision.position_enu_m if isinstance(decision, Waypoint) else here
+        decisions += 1
+        assert decisions < 400
 
 
 def test_bearings_in_words() -> None:

@@ -2,10 +2,23 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
+
 import numpy as np
 
 from vehicle_agent.domain.grid import Grid
 from vehicle_agent.domain.polygon import BoolArray
+
+
+@dataclass(slots=True)
+class _Effort:
+    """What has been tried for one frontier."""
+
+    nearest_m: float = math.inf
+    last_m: float = math.inf
+    fruitless: int = 0
+    waited: int = 0
 
 
 class GivenUp:
@@ -24,9 +37,7 @@ class GivenUp:
         self._patience = patience
         self._waiting_patience = waiting_patience
         self._excluded: BoolArray = np.zeros(grid.shape, dtype=np.bool_)
-        self._last_m: dict[int, float] = {}
-        self._fruitless: dict[int, int] = {}
-        self._waited: dict[int, int] = {}
+        self._efforts: dict[int, _Effort] = {}
 
     def without(self, frontier: BoolArray) -> BoolArray:
         """The frontier cells still worth going for: (columns, rows) bool."""
@@ -36,23 +47,27 @@ class GivenUp:
     def chose(self, cell_index: int, distance_m: float) -> bool:
         """Note the frontier gone for now and how far it is; True when it has just been given up.
 
-        Every frontier has its own count, so that two which are chosen in turn come to an end as well.
+        Every frontier has its own count, and only a new nearest distance begins it anew, so that two which are chosen
+        in turn come to an end as well.
         """
-        nearer = distance_m < self._last_m.get(cell_index, np.inf) - 0.25 * self._grid.cell_m
-        self._last_m[cell_index] = distance_m
-        self._waited.pop(cell_index, None)
-        self._fruitless[cell_index] = 0 if nearer else self._fruitless.get(cell_index, 0) + 1
-        return self._fruitless[cell_index] >= self._patience and self._exclude(cell_index)
+        effort = self._efforts.setdefault(cell_index, _Effort())
+        step_m = 0.25 * self._grid.cell_m
+        if distance_m < effort.nearest_m - step_m:
+            effort.fruitless = 0
+        elif distance_m >= effort.last_m - step_m:
+            effort.fruitless += 1
+        effort.nearest_m, effort.last_m = min(distance_m, effort.nearest_m), distance_m
+        effort.waited = 0
+        return effort.fruitless >= self._patience and self._exclude(cell_index)
 
     def waited(self, cell_index: int) -> bool:
         """Note that the way to the chosen frontier is taken; True when it has just been given up."""
-        self._waited[cell_index] = self._waited.get(cell_index, 0) + 1
-        return self._waited[cell_index] >= self._waiting_patience and self._exclude(cell_index)
+        effort = self._efforts.setdefault(cell_index, _Effort())
+        effort.waited += 1
+        return effort.waited >= self._waiting_patience and self._exclude(cell_index)
 
     def _exclude(self, cell_index: int) -> bool:
         column, row = divmod(cell_index, self._grid.rows)
         self._excluded[max(0, column - 1) : column + 2, max(0, row - 1) : row + 2] = True
-        self._last_m.pop(cell_index, None)
-        self._fruitless.pop(cell_index, None)
-        self._waited.pop(cell_index, None)
+        del self._efforts[cell_index]
         return True

@@ -64,11 +64,21 @@ class ToursParams:
 
 @dataclass(slots=True)
 class _Effort:
-    """What has been tried for one patch: its unseen cells and distance at the last decision, and vain decisions."""
+    """What has been tried for one patch: least unseen cells, nearest and last distance, and vain decisions."""
 
     unseen: float = math.inf
-    away_m: float = math.inf
+    nearest_m: float = math.inf
+    last_m: float = math.inf
     fruitless: int = 0
+
+    def note(self, unseen: int, away_m: float, step_m: float) -> None:
+        """Note a decision; only a new best begins the count anew, so that going to and fro comes to an end."""
+        if unseen < self.unseen or away_m < self.nearest_m - step_m:
+            self.fruitless = 0
+        elif away_m >= self.last_m - step_m:
+            self.fruitless += 1
+        self.unseen, self.nearest_m = min(unseen, self.unseen), min(away_m, self.nearest_m)
+        self.last_m = away_m
 
 
 class TourExplorer:
@@ -174,9 +184,7 @@ class TourExplorer:
         unseen = int((situation.area_cells[cells] & ~situation.team_map.observed[cells]).sum())
         away_m = way_length_m(situation.position_enu_m, target)
         effort = self._efforts.setdefault(patch, _Effort())
-        nearer = away_m < effort.away_m - 0.25 * situation.team_map.grid.cell_m
-        effort.fruitless = 0 if nearer or unseen < effort.unseen else effort.fruitless + 1
-        effort.unseen, effort.away_m = min(unseen, effort.unseen), away_m
+        effort.note(unseen, away_m, 0.25 * situation.team_map.grid.cell_m)
         return effort.fruitless >= self._params.patience
 
 

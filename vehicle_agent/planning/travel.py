@@ -11,6 +11,8 @@ from vehicle_agent.domain.paths import as_array, leg_clearances, trace_way, trav
 from vehicle_agent.domain.polygon import BoolArray
 from vehicle_agent.planning.constraints import Constraints
 
+BESIDE_CELLS = 3
+
 
 def next_leg(position_enu_m: Point, goal_en_m: tuple[float, float], constraints: Constraints) -> Point | None:
     """End of the next admissible leg towards a goal; None when there is none now.
@@ -50,7 +52,30 @@ def _targets(
     ahead = [point for point in way if math.dist(point, position_enu_m[:2]) > 0.5 * grid.cell_m]
     within = [point for point in ahead if math.dist(point, position_enu_m[:2]) <= constraints.reach_m]
     seen = [point for point in within if _line_is_known(position_enu_m, point, constraints)]
-    return seen[:-4:-1] if seen else ahead[:1]
+    if seen or not ahead:
+        return seen[:-4:-1]
+    return _ways_round(position_enu_m, goal, passable, constraints)
+
+
+def _ways_round(
+    position_enu_m: Point, goal: tuple[int, int], passable: BoolArray, constraints: Constraints
+) -> list[tuple[float, float]]:
+    """Places beside a vehicle that stands too near to a corner for the shortest way, best first.
+
+    Between a cell that may be overflown and one that may not, a few centimetres decide what a leg touches.
+    """
+    grid = constraints.grid
+    distances, _ = travel_distances(passable, *goal)
+    column, row = grid.cell_of(*position_enu_m[:2])
+    left, low = max(0, column - BESIDE_CELLS), max(0, row - BESIDE_CELLS)
+    window = distances[left : column + BESIDE_CELLS + 1, low : row + BESIDE_CELLS + 1]
+    costs = []
+    for c, r in np.argwhere(np.isfinite(window)).tolist():
+        place = grid.centre_of(left + c, low + r)
+        away = math.dist(place, position_enu_m[:2]) / grid.cell_m
+        if away > 0.5 and _line_is_known(position_enu_m, place, constraints):
+            costs.append((away + float(window[c, r]), place))
+    return [place for _, place in sorted(costs)[:3]]
 
 
 def _line_is_known(position_enu_m: Point, goal_en_m: tuple[float, float], constraints: Constraints) -> bool:

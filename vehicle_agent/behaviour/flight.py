@@ -1,0 +1,393 @@
+"""One vehicle's flight, stage by stage: from the first word of its autopilot to the ground again.
+
+It orders and says; who steers is judged before anything is ordered, so that a pilot or a failsafe is never fought.
+"""
+
+from __future__ import annotations
+
+from vehicle_agent.behaviour.authority import Authority, Steering
+from vehicle_agent.behaviour.energy import EnergyWatch
+from vehicle_agent.behaviour.goal_claim import GoalClaim
+from vehicle_agent.behaviour.knowledge import Knowledge
+from vehicle_agent.behaviour.navigator import Arrived, Navigator, Surroundings
+from vehicle_agent.behaviour.order_book import OrderBook
+from vehicle_agent.behaviour.preflight import Checklist, parameters_before_arming, return_altitude
+from vehicle_agent.behaviour.return_height import ReturnHeight
+from vehicle_agent.behaviour.rhythm import Rhythm
+from vehicle_agent.behaviour.standing_orders import StandingOrders
+from vehicle_agent.behaviour.voice import Voice
+from vehicle_agent.domain.frames import Point
+from vehicle_agent.mission.load import MissionPlan
+from vehicle_agent.planning.interface import Finished, Planner
+from vehicle_agent.planning.travel import way_length_m
+from vehicle_agent.ports import (
+    ActionResult,
+    Arm,
+    FlightMode,
+    GoTo,
+    Hold,
+    Land,
+    Landed,
+    SetSpeed,
+    TakeOff,
+    VehicleState,
+)
+from vehicle_agent.wire.messages import Command, Orders, Severity, Stage, Verb
+
+TAKE_OFF_ATTEMPTS = 3
+LEFT_GROUND_M = 1.0
+FLYING = (Stage.WORKING, Stage.HOLDING, Stage.RETURNING)
+OWN_MODES = {
+    Stage.TAKING_OFF: frozenset({FlightMode.GUIDED}),
+    Stage.WORKING: frozenset({FlightMode.GUIDED}),
+    Stage.HOLDING: frozenset({FlightMode.GUIDED, FlightMode.HOLD}),
+    Stage.RETURNING: frozenset({FlightMode.GUIDED}),
+    Stage.LANDING: frozenset({FlightMode.LAND}),
+    Stage.YIELDED: frozenset({FlightMode.GUIDED}),
+}
+"""Flight modes to which an agent's own orders lead; any other is a pilot's or a failsafe's."""
+
+
+class Flight:
+    """The stages of one vehicle.
+
+    Attributes
+    ----------
+    stage
+        Where it stands.
+    navigator
+        Where it flies, and why.
+    standing
+        What operators have ordered for good.
+    return_height
+        Of its autopilot's own return.
+    """
+
+    def __init__(
+        self,
+        plan: MissionPlan,
+        index: int,
+        planner: Planner,
+        knowledge: Knowledge,
+        voice: Voice,
+        orders: OrderBook,
+        status_rhythm: Rhythm,
+    ) -> None:
+        self._plan, self._index, self._vehicle = plan, index, plan.mission.vehicles[index]
+        self._knowledge, self._voice, self._orders, self._status_rhythm = knowledge, voice, orders, status_rhythm
+        self._claim = GoalClaim(voice)
+        self._energy = EnergyWatch(plan.mission.stop.battery_reserve)
+        self._checklist = Checklist(parameters_before_arming(plan, index))
+        self._authority = Authority()
+        self._errand: Command | None = None
+        self._now_s = 0.0
+        self._took_off_at_s: float | None = None
+        self._take_offs = 0
+        self._left_ground = False
+        self._landing_begun = False
+        self._handed_back_stage = Stage.WORKING
+        self.navigator = Navigator(plan, index, planner)
+        self.standing = StandingOrders(plan, index)
+        self.return_height = ReturnHeight(plan, index)
+        self.stage = Stage.CONNECTING
+
+    def step(self, now_s: float, state: VehicleState) -> None:
+        """Act on the autopilot's newest state."""
+        self._now_s = now_s
+        steers = self._steering(state) is Steering.OWN
+        match self.stage:
+            case Stage.CONNECTING:
+                self._connect(state)
+            case Stage.CONFIGURING:
+                self._configure(state)
+            case Stage.ARMING:
+                self._arm(state)
+            case Stage.TAKING_OFF:
+                self._take_off(state, steers)
+            case Stage.WORKING if steers:
+                self._work(state)
+            case Stage.RETURNING if steers:
+                self._return(state)
+            case Stage.LANDING:
+                self._land(state)
+            case _:
+                pass
+        if self.stage in FLYING:
+            self._energy.note(self._now_s, state.battery_fraction)
+            self._keep_limits(state)
+            if steers:
+                self._orders.repeat_refused(self._now_s)
+
+    def _connect(self, state: VehicleState) -> None:
+        if state.rival_controller:
+            own_id = self._plan.controller_system_id(self._index)
+            self._refuse(
+                f"another program speaks on this vehicle with system id {own_id}: stop it, or its heartbeats hide "
+                "this agent's death from the autopilot"
+            )
+        elif state.armed and state.landed is not Landed.ON_GROUND:
+            self._resume_in_the_air(state)
+        elif state.home_enu_m is not None or state.ready_to_arm:
+            self._enter(Stage.CONFIGURING, "connected", "autopilot found")
+
+    def _resume_in_the_air(self, state: VehicleState) -> None:
+        """Carry on where an earlier run of this agent flew; leave the vehicle to whoever steers it by now."""
+        if state.home_enu_m is None or state.landed is Landed.UNKNOWN:
+            return
+        self._took_off_at_s = self._now_s
+        if state.mode is FlightMode.GUIDED:
+            self._enter(Stage.WORKING, "resumed", "resumed in the air from the journal")
+        else:
+            self._yield(state)
+
+    def _configure(self, state: VehicleState) -> None:
+        if self._checklist.failed:
+            self._refuse(self._checklist.failed)
+        elif self._checklist.done:
+            self._enter(Stage.ARMING, "configured", "the autopilot now watches this agent")
+        elif (order := self._checklist.next_order()) is not None:
+            self._checklist.submitted(self._orders.give(order))
+
+    def _arm(self, state: VehicleState) -> None:
+        if state.rival_controller:
+            self.stage = Stage.CONNECTING
+            self._connect(state)
+        elif state.armed and state.landed is not Landed.ON_GROUND and state.mode is not FlightMode.GUIDED:
+            self._yield(state)
+        elif state.home_enu_m is None:
+            return
+        elif state.armed and state.mode is FlightMode.GUIDED:
+            self._take_offs += 1
+            self._left_ground = False
+            self._enter(Stage.TAKING_OFF, "armed", "armed")
+            self._orders.try_at_once()
+        elif state.ready_to_arm:
+            self._orders.retry(Arm(), self._now_s)
+
+    def _take_off(self, state: VehicleState, steers: bool) -> None:
+        if state.home_enu_m is None:
+            return
+        climbed_m = state.position_enu_m[2] - state.home_enu_m[2]
+        self._left_ground |= climbed_m > LEFT_GROUND_M
+        if not state.armed:
+            self._disarmed_in_take_off()
+        elif climbed_m >= 0.95 * self.take_off_height_m:
+            self._took_off_at_s = self._now_s
+            self._enter(Stage.WORKING, "took-off", f"airborne at {climbed_m:.0f} m above home")
+        elif steers and not self._left_ground:
+            self._orders.retry(TakeOff(self.take_off_height_m), self._now_s)
+
+    def _disarmed_in_take_off(self) -> None:
+        """Try again only what never began: who has stopped the motors twice, or in the air, means it."""
+        if self._left_ground:
+            self._enter(Stage.DONE, "landed", "disarmed during take-off by its autopilot or a pilot", Severity.WARNING)
+        elif self._take_offs >= TAKE_OFF_ATTEMPTS:
+            self._refuse(f"disarmed before take-off {self._take_offs} times: find out why, then start this agent anew")
+        else:
+            self._enter(Stage.ARMING, "disarmed", "disarmed before take-off; arming again", Severity.WARNING)
+
+    @property
+    def take_off_height_m(self) -> float:
+        return self._vehicle.min_above_terrain_m * 1.1
+
+    def _work(self, state: VehicleState) -> None:
+        reason = self._reason_to_return(state)
+        if reason is None and self._errand is not None:
+            self._run_errand(state, self._errand)
+        elif reason is None:
+            target = self.navigator.work(self._around(state))
+            if isinstance(target, Finished):
+                reason = target.why
+            else:
+                self._fly(target)
+            if self.standing.sector_cells is not None and not self.navigator.has_sector:
+                self.standing.drop_sector()
+                self._voice.say(Orders, **self.standing.fields())
+        if reason is not None:
+            self._go_home(state, reason)
+
+    def _run_errand(self, state: VehicleState, errand: Command) -> None:
+        """Fly where the operator sent it; then hold there, or go on with the mission."""
+        target = self.navigator.go_to(self._around(state), (errand.point_cm[0] / 100, errand.point_cm[1] / 100))
+        if not isinstance(target, Arrived):
+            self._fly(target)
+            return
+        self._errand = None
+        if errand.verb is Verb.VISIT:
+            self._voice.event(Severity.INFO, "arrived", "at the place it was sent to: on with the mission")
+            return
+        self._authority.expect_change()
+        self.navigator.forget("at the place it was sent to")
+        self._enter(Stage.HOLDING, "arrived", "at the place it was sent to")
+        self._orders.give(Hold())
+
+    def _reason_to_return(self, state: VehicleState) -> str | None:
+        stop = self._plan.mission.stop
+        known = self._knowledge.known_fraction(self.standing.area_cells)
+        if known >= stop.observed_fraction and self._errand is None:
+            return f"{100 * known:.1f} % of the area is known"
+        if self._took_off_at_s is not None and self._now_s - self._took_off_at_s > stop.time_limit_s:
+            return f"time limit of {stop.time_limit_s:.0f} s reached"
+        if state.home_enu_m is not None:
+            way_s = way_length_m(state.position_enu_m, state.home_enu_m[:2]) / self._vehicle.speed_m_s
+            if self._energy.must_return(state.battery_fraction, way_s):
+                return f"battery at {100 * (state.battery_fraction or 0.0):.0f} %, home is {way_s:.0f} s away"
+        return None
+
+    def _go_home(self, state: VehicleState, reason: str) -> None:
+        self._enter(Stage.RETURNING, "returning", reason)
+        self._claim.release()
+        self._fly(self.navigator.stay(self._around(state), reason))
+
+    def _return(self, state: VehicleState) -> None:
+        home = self.home_enu_m(state)
+        if self.navigator.is_over_home(state, home):
+            self._begin_landing("over home")
+            self._land(state)
+        else:
+            self._fly(self.navigator.go_home(self._around(state), home))
+
+    def _begin_landing(self, why: str) -> None:
+        self._landing_begun = False
+        self.navigator.forget(why)
+        self._enter(Stage.LANDING, "landing", why)
+        self._orders.try_at_once()
+
+    def _land(self, state: VehicleState) -> None:
+        if not state.armed:
+            self.navigator.forget("on the ground, disarmed")
+            self._enter(Stage.DONE, "landed", "landed and disarmed")
+        elif state.mode is FlightMode.LAND:
+            self._landing_begun = True
+        elif not self._landing_begun:
+            self._orders.retry(Land(), self._now_s)
+
+    def _steering(self, state: VehicleState) -> Steering:
+        """Give way to a pilot or a failsafe; take up the work again when the vehicle is handed back."""
+        own_modes = OWN_MODES.get(self.stage)
+        if own_modes is None or (self.stage is Stage.LANDING and not self._landing_begun):
+            return Steering.OWN
+        if not state.armed:
+            if self.stage in FLYING or self.stage is Stage.YIELDED:
+                self.navigator.forget("disarmed")
+                self._claim.release()
+                self._enter(Stage.DONE, "landed", "landed and disarmed by its autopilot", Severity.NOTICE)
+            return Steering.OWN
+        steering = self._authority.judge(self._now_s, state.mode, own_modes)
+        if self.stage is Stage.YIELDED:
+            if steering is Steering.OWN:
+                self._take_back(state)
+        elif steering is Steering.FOREIGN:
+            self._yield(state)
+        return steering
+
+    def _yield(self, state: VehicleState) -> None:
+        going_home = self.stage in (Stage.RETURNING, Stage.LANDING)
+        self._handed_back_stage = Stage.RETURNING if going_home else Stage.WORKING
+        self.navigator.forget(f"mode {state.mode.value}, not ordered by this agent")
+        self._claim.release()
+        self._enter(Stage.YIELDED, "yielded", self.navigator.why, Severity.WARNING)
+
+    def _take_back(self, state: VehicleState) -> None:
+        if state.landed is Landed.ON_GROUND:
+            self._enter(Stage.ARMING, "handed-back", "guided again, on the ground")
+        elif self._handed_back_stage is Stage.RETURNING:
+            self._enter(Stage.RETURNING, "handed-back", "guided again: on the way home")
+        else:
+            self._enter(Stage.WORKING, "handed-back", "guided again: back to work")
+
+    def obey(self, command: Command, now_s: float, state: VehicleState) -> None:
+        """Do what an operator's command asks for; the caller has judged and answered it."""
+        self._now_s = now_s
+        match command.verb:
+            case Verb.NO_FLY | Verb.AREA | Verb.SECTOR | Verb.SPEED:
+                self._stand_by(command)
+            case Verb.RELEASE:
+                self._knowledge.team.release(command.subject)
+                self._voice.event(Severity.WARNING, "teammate-lost", f"{command.subject} is lost, the operator says")
+            case Verb.GO_TO | Verb.VISIT:
+                self._errand = command
+                self._authority.expect_change()
+                self._enter(Stage.WORKING, "sent", "sent to a place by the operator")
+                self._fly(self.navigator.stay(self._around(state), "sent to a place by the operator"))
+            case Verb.HOLD:
+                self._errand = None
+                self._authority.expect_change()
+                self._claim.release()
+                self.navigator.forget("held by the operator")
+                self._enter(Stage.HOLDING, "holding", "held by the operator")
+                self._orders.give(Hold())
+            case Verb.RESUME:
+                self._authority.expect_change()
+                self._enter(Stage.WORKING, "resumed", "resumed by the operator")
+                self._fly(self.navigator.stay(self._around(state), "resumed"))
+            case Verb.RETURN:
+                self._errand = None
+                self._authority.expect_change()
+                self._go_home(state, "called home by the operator")
+            case Verb.LAND:
+                self._errand = None
+                self._claim.release()
+                self._begin_landing("landing here, ordered by the operator")
+                self._land(state)
+
+    def trouble(self, command: Command, state: VehicleState | None) -> str:
+        """Why a command cannot be obeyed here, one sentence; empty when it can."""
+        if command.verb is Verb.RELEASE:
+            return "" if command.subject in self._knowledge.team.living() else "not a teammate that counts as living"
+        return self.standing.trouble(command, self.home_enu_m(state)[:2])
+
+    def _stand_by(self, command: Command) -> None:
+        """Follow an order that stays: zone, area, sector or speed."""
+        standing = self.standing
+        standing.take(command)
+        self.navigator.limit(standing.allowed, standing.area_cells, standing.sector_cells)
+        if command.verb is Verb.SPEED:
+            self._orders.give(SetSpeed(standing.speed_limit_cm_s / 100 or self._vehicle.speed_m_s))
+        self._voice.say(Orders, **standing.fields())
+
+    def hear(self, result: ActionResult) -> None:
+        """Take an order's result; a refusal is told once."""
+        self._checklist.hear(result)
+        self.return_height.hear(result)
+        is_flight_order = self._orders.hear(result)
+        arming = self.stage is Stage.ARMING
+        if (arming or is_flight_order or self.stage is Stage.TAKING_OFF) and self._orders.is_news(result):
+            severity, code = (Severity.NOTICE, "arming-refused") if arming else (Severity.WARNING, "order-refused")
+            self._voice.event(severity, code, result.text or "the autopilot did not take an order")
+
+    def _around(self, state: VehicleState) -> Surroundings:
+        return self._knowledge.around(self._now_s, state)
+
+    def _fly(self, target: Point | None) -> None:
+        if target is None:
+            return
+        self._orders.give(GoTo(target))
+        self._claim.follow(self.navigator.waypoint)
+        self._status_rhythm.at_once()
+
+    def _keep_limits(self, state: VehicleState) -> None:
+        """Keep the failsafe's way home above all known ground; in a resumed flight, set what was to be set before."""
+        if (order := self._checklist.next_order()) is not None:
+            self._checklist.submitted(self._orders.give(order))
+        if state.home_enu_m is not None:
+            height_m = self.return_height.due_m(self._now_s, self._knowledge.map, state.home_enu_m[2])
+            if height_m is not None:
+                self.return_height.asked(self._orders.give(return_altitude(height_m)), height_m)
+
+    def _enter(self, stage: Stage, code: str, text: str, severity: Severity = Severity.INFO) -> None:
+        self.stage = stage
+        self._voice.event(severity, code, text)
+        self._status_rhythm.at_once()
+
+    def _refuse(self, why: str) -> None:
+        self.navigator.forget(why)
+        self._enter(Stage.REFUSED, "refused", why, Severity.ERROR)
+
+    def home_enu_m(self, state: VehicleState | None) -> Point:
+        """Where its autopilot returns to; before that is known, where the mission lets it start."""
+        if state is not None and state.home_enu_m is not None:
+            return state.home_enu_m
+        start = self._vehicle.start_enu_m
+        up_m = start[2] if len(start) == 3 else state.position_enu_m[2] if state is not None else 0.0
+        return (start[0], start[1], up_m)
