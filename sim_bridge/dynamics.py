@@ -24,7 +24,9 @@ OBSTACLE_STEP_M = 2.0
 FALL_LIMIT_M_S = 50.0
 """Terminal velocity of a copter without thrust."""
 AIR_DRAG_1_S = 0.15
-"""Deceleration of a copter per metre a second of airspeed; it leans against it, and gusts push with it."""
+"""Deceleration of a copter per metre a second of airspeed; it leans against it."""
+GUST_SHARE = 0.1
+"""Share of a gust that carries the copter along before its controller has leant against it."""
 WATER_DRAG_1_S = 0.5
 """Deceleration of an unpowered hull per metre a second through the water."""
 VESSEL_TURN_DEG_S = 45.0
@@ -91,8 +93,8 @@ def _move_copter(
     wanted_velocity(motion, target - believed, velocity[i], target, limits, dt_s, wanted)
     accelerate(velocity[i], acceleration[i], wanted, limits, dt_s)
     if position[i, 2] > ground:
-        velocity[i, 0] += AIR_DRAG_1_S * gust[0] * dt_s
-        velocity[i, 1] += AIR_DRAG_1_S * gust[1] * dt_s
+        position[i, 0] += GUST_SHARE * gust[0] * dt_s
+        position[i, 1] += GUST_SHARE * gust[1] * dt_s
 
 
 @compiled
