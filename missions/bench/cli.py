@@ -10,6 +10,13 @@ import click
 SEED = click.option("--seed", type=click.IntRange(0, 2**32 - 1), default=1, show_default=True, help="First seed.")
 JSON = click.option("--json", "json_file", type=click.Path(path_type=Path, dir_okay=False), help="Write the rows here.")
 
+EXPORT = click.option(
+    "--export", type=click.Path(path_type=Path, file_okay=False), help="Folder for environments and trajectories."
+)
+
+
+MOST_VEHICLES = 64
+
 
 @click.group()
 def bench() -> None:
@@ -44,3 +51,65 @@ def conformance(json_file: Path | None) -> None:
     from missions.bench.conformance import bench_conformance
 
     sys.exit(bench_conformance(json_file))
+
+
+@bench.command()
+@click.option("--environments", type=click.IntRange(1, 1000), default=100, show_default=True, help="Random hills.")
+@click.option("--vehicles", type=click.IntRange(1, 64), default=8, show_default=True)
+@click.option("--range", "range_m", type=click.FloatRange(3.5, 50.0), default=8.0, show_default=True, help="Metres.")
+@click.option("--step", "step_m", type=click.FloatRange(0.5, 20.0), default=2.0, show_default=True, help="Metres.")
+@SEED
+@JSON
+@EXPORT
+def exploration(
+    environments: int,
+    vehicles: int,
+    range_m: float,
+    step_m: float,
+    seed: int,
+    json_file: Path | None,
+    export: Path | None,
+) -> None:
+    """Explore random hills with every planner; tell steps, planning time, bytes and overlap."""
+    from missions.bench.exploration import bench_exploration
+
+    sys.exit(bench_exploration(environments, vehicles, range_m, step_m, seed, json_file, export))
+
+
+class _TeamSizes(click.ParamType[tuple[int, ...]]):
+    """Numbers of vehicles separated by commas."""
+
+    name = "sizes"
+
+    def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> tuple[int, ...]:
+        sizes = [part.strip() for part in str(value).split(",")]
+        if not all(size.isascii() and size.isdigit() and 1 <= int(size[:9]) <= MOST_VEHICLES for size in sizes):
+            self.fail(f"{value!r} is not like 5,8,12 with numbers from 1 to {MOST_VEHICLES}", param, ctx)
+        return tuple(dict.fromkeys(int(size) for size in sizes))
+
+
+@bench.command()
+@click.option("--environments", type=click.IntRange(1, 1000), default=50, show_default=True, help="Random hills.")
+@click.option("--vehicles", type=_TeamSizes(), default="5,8,12,20", show_default=True, help="Team sizes.")
+@SEED
+@JSON
+@EXPORT
+def coverage(
+    environments: int, vehicles: tuple[int, ...], seed: int, json_file: Path | None, export: Path | None
+) -> None:
+    """Cover random hills from every start with every planner; tell shares covered, and of an informed optimum."""
+    from missions.bench.coverage import bench_coverage
+
+    sys.exit(bench_coverage(environments, vehicles, seed, json_file, export))
+
+
+@bench.command()
+@SEED
+@click.option("--frames", type=click.IntRange(1_000), default=5_000_000, show_default=True, help="How many.")
+@JSON
+def robustness(seed: int, frames: int, json_file: Path | None) -> None:
+    """Send hostile frames to two simulated vehicles; tell exceptions, hangs, memory, and what was wrongly obeyed."""
+    from missions.bench.conformance import three_vehicles
+    from missions.bench.robustness import bench_robustness
+
+    sys.exit(bench_robustness(three_vehicles(), frames, seed, json_file))

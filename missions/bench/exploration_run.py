@@ -198,9 +198,7 @@ class _Exploration:
         if decision.goal_enu_m is not None and (goal is None or goal.goal_enu_m != decision.goal_enu_m):
             goal_cm = to_centimetres(decision.goal_enu_m)
             cost_m = round(decision.goal_cost_m)
-            self._say(
-                Claim(sender="v", boot_id=0, sequence=0, stamp_ms=0, active=True, goal_cm=goal_cm, cost_m=cost_m)
-            )
+            self._say(Claim(sender="v", boot_id=0, sequence=0, stamp_ms=0, active=True, goal_cm=goal_cm, cost_m=cost_m))
         self._goals[index] = decision
         end = decision.position_enu_m
         part = min(1.0, team.step_m / max(math.dist(here, end), 1e-9))

@@ -20,7 +20,7 @@ def make_planner(
     grid: Grid,
     range_m: float,
     step_m: float,
-    home_en_m: tuple[float, float],
+    home_en_m: tuple[float, float] | None,
     rng: np.random.Generator,
 ) -> Planner:
     """Build the planner of that name for one vehicle.
@@ -32,7 +32,7 @@ def make_planner(
     step_m
         Longest way between two decisions, metres.
     home_en_m
-        Where it returns to, east and north in ENU metres.
+        Where it returns to, east and north in ENU metres; None when it need not.
     """
     match name:
         case "tours":

@@ -48,7 +48,7 @@ class ToursParams:
     passes
         Most rounds of improvement of the tours.
     way_back
-        Weight of the way home in a tour.
+        Weight of the way home in a tour, for a vehicle that has a home.
     """
 
     patch_width: float = 1.5
@@ -84,7 +84,7 @@ class _Effort:
 class TourExplorer:
     """One vehicle's part in the team's tours."""
 
-    def __init__(self, home_en_m: EastNorth, range_m: float, params: ToursParams | None = None) -> None:
+    def __init__(self, home_en_m: EastNorth | None, range_m: float, params: ToursParams | None = None) -> None:
         self._params = params or ToursParams()
         self._home_en_m = home_en_m
         self._range_m = range_m
@@ -152,8 +152,9 @@ class TourExplorer:
         starts = np.array([position[:2] for _, position in team])
         width_m = params.patch_width * self._range_m
         service = params.service * width_m * np.minimum(1.0, patches.unseen / whole)
-        ends = np.tile(np.array(self._home_en_m), (len(team), 1))
-        tours, lengths = share_out(starts, ends, patches.centroids_en_m, service, params.way_back, params.passes)
+        ends = starts if self._home_en_m is None else np.tile(np.array(self._home_en_m), (len(team), 1))
+        way_back = 0.0 if self._home_en_m is None else params.way_back
+        tours, lengths = share_out(starts, ends, patches.centroids_en_m, service, way_back, params.passes)
         mine = [index for index, _ in team].index(situation.index)
         own = tours[mine, : lengths[mine]]
         if len(own) == 0:
