@@ -16,7 +16,8 @@ from dataclasses import replace
 
 import msgspec
 
-from ground_station.inputs import AliveChanged, CommandSent, FleetInput, Heard, LinkCounted, Tick
+from ground_station.conditions import astray_limit_m
+from ground_station.inputs import Acknowledged, AliveChanged, CommandSent, FleetInput, Heard, LinkCounted, Muted, Tick
 from ground_station.ledger import SequenceRanges
 from ground_station.liveliness import next_condition, transition_text
 from ground_station.picture import (
@@ -31,16 +32,19 @@ from ground_station.picture import (
 )
 from ground_station.samples import trail_with, windowed
 from ground_station.text import clean
+from ground_station.trouble_log import TroubleLog
 from vehicle_agent.domain.elevation import CellObservations
 from vehicle_agent.wire.cells import unpack_cells
 from vehicle_agent.wire.messages import (
     AnyMessage,
     Claim,
+    Command,
     CommandResult,
     DeltaRecord,
     Digest,
     Event,
     MapDelta,
+    Orders,
     Outcome,
     Repair,
     Severity,
@@ -48,7 +52,7 @@ from vehicle_agent.wire.messages import (
     StreamHeld,
 )
 
-MAX_LOG_ENTRIES = 1_000
+MAX_LOG_ENTRIES = 5_000
 MAX_COMMANDS = 20
 MAX_STREAMS = 256
 MAX_SENDERS = 512
@@ -94,6 +98,7 @@ class _Draft:
         self._newest_ms = state.newest_ms
         self._pace = state.pace_samples
         self._observations: list[tuple[int, CellObservations]] = []
+        self._troubles = TroubleLog(state.troubles, state.muted)
 
     def take(self, event: FleetInput) -> None:
         match event:
@@ -109,6 +114,10 @@ class _Draft:
                 self._counters = replace(
                     self._counters, undecodable=event.undecodable, overflowed=event.overflowed
                 )  # fmt: skip
+            case Acknowledged():
+                self._troubles.acknowledge(event.vehicle, event.kind)
+            case Muted():
+                self._troubles.mute(event.vehicle, event.kind, event.muted)
 
     def finish(self) -> FleetState:
         state = self._state
@@ -127,12 +136,17 @@ class _Draft:
             started_ms=self._started_ms,
             newest_ms=self._newest_ms,
             pace_samples=self._pace,
+            troubles=self._troubles.troubles,
+            muted=self._troubles.muted,
         )
 
     # -- messages -------------------------------------------------------------------------------------------------
 
     def _hear(self, message: AnyMessage, arrival_s: float) -> None:
         vehicle = self._vehicles.get(message.sender)
+        if isinstance(message, Command):
+            self._overhear(message)
+            return
         if vehicle is None:
             self._counters = replace(self._counters, foreign=self._counters.foreign + 1)
             return
@@ -155,8 +169,17 @@ class _Draft:
                 self._write(message.sender, message.severity, message.code, message.text, message.stamp_ms)
             case CommandResult():
                 self._answer(message)
+            case Orders():
+                self._orders(vehicle, message)
             case _:
                 self._counters = replace(self._counters, foreign=self._counters.foreign + 1)
+
+    def _overhear(self, command: Command) -> None:
+        """Note what another station orders."""
+        if command.sender != self._state.station and self._is_new(command):
+            verb = command.verb.name.lower()
+            text = f"{verb} sent to {', '.join(command.targets)}"
+            self._write(command.sender, Severity.NOTICE, f"{verb}-sent", text, command.stamp_ms)
 
     def _is_new(self, message: AnyMessage) -> bool:
         life = (message.sender, message.boot_id)
@@ -180,15 +203,18 @@ class _Draft:
         samples = vehicle.sent_samples
         claim = vehicle.claim
         if status.boot_id in past_boots:
+            self._put(replace(vehicle, evidence=vehicle.evidence.with_rival(arrival_s)))
             return
         if last is not None and last.boot_id == status.boot_id and status.sequence < last.sequence:
             return
         if last is not None and last.boot_id != status.boot_id:
             past_boots = (*past_boots, last.boot_id)[-16:]
             samples, claim = (), None
+            vehicle = replace(vehicle, orders=None)
             self._write(vehicle.name, Severity.WARNING, "agent-restarted", "its agent was started anew")
         elif last is None:
             self._write(vehicle.name, Severity.INFO, "heard", "is heard on the link")
+        astray_m = astray_limit_m(self._state.plan, vehicle.index)
         status = msgspec.structs.replace(status, mode=clean(status.mode, 16), why=clean(status.why))
         self._put(
             replace(
@@ -199,6 +225,7 @@ class _Draft:
                 claim=claim,
                 sent_samples=windowed(samples, (status.stamp_ms, status.bytes_sent), RATE_WINDOW_MS),
                 trail_en_m=trail_with(vehicle.trail_en_m, status, 0.5 * self._state.plan.grid.cell_m),
+                evidence=vehicle.evidence.after(status, arrival_s, astray_m),
             )
         )
 
@@ -207,6 +234,12 @@ class _Draft:
         overtaken = last is not None and last.boot_id == claim.boot_id and last.sequence > claim.sequence
         if claim.boot_id not in vehicle.past_boots and not overtaken:
             self._put(replace(vehicle, claim=claim))
+
+    def _orders(self, vehicle: VehiclePicture, orders: Orders) -> None:
+        last = vehicle.orders
+        overtaken = last is not None and last.boot_id == orders.boot_id and last.sequence > orders.sequence
+        if orders.boot_id not in vehicle.past_boots and not overtaken:
+            self._put(replace(vehicle, orders=orders))
 
     def _records(self, records: Iterable[DeltaRecord]) -> None:
         for record in records:
@@ -285,6 +318,9 @@ class _Draft:
             quiet = {vehicle.condition, condition} == {Condition.LIVE, Condition.SUSPECT}
             since_s = vehicle.condition_since_s if quiet else self._now_s
             self._put(replace(vehicle, condition=condition, condition_since_s=since_s))
+        vehicles = tuple(self._vehicles.values())
+        for name, severity, code, text in self._troubles.look(vehicles, self._state.plan, self._now_s, pace):
+            self._write(name, severity, code, text)
         for at, track in enumerate(self._commands):
             if self._now_s - track.sent_s < COMMAND_TIMEOUT_S:
                 continue

@@ -47,4 +47,21 @@ class Tick:
     now_s: float
 
 
-FleetInput = Heard | AliveChanged | CommandSent | LinkCounted | Tick
+@dataclass(frozen=True, slots=True)
+class Acknowledged:
+    """The operator has seen a vehicle's trouble; `kind` is the name of a `conditions.Kind`."""
+
+    vehicle: str
+    kind: str
+
+
+@dataclass(frozen=True, slots=True)
+class Muted:
+    """The operator does not want to hear of a vehicle's trouble any more, or wants to again."""
+
+    vehicle: str
+    kind: str
+    muted: bool = True
+
+
+FleetInput = Heard | AliveChanged | CommandSent | LinkCounted | Tick | Acknowledged | Muted

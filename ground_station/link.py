@@ -7,10 +7,11 @@ from collections.abc import Sequence
 from typing import Protocol
 
 from ground_station.inputs import AliveChanged, FleetInput, Heard, LinkCounted
+from ground_station.payload import NOTHING, Payload
 from vehicle_agent.mission.load import MissionPlan
 from vehicle_agent.wire.messages import AnyMessage, Command, Digest, StreamHeld, Verb
 
-LISTENED_TOPICS = ("status", "map", "repair", "digest", "claim", "event", "result")
+LISTENED_TOPICS = ("status", "map", "repair", "digest", "claim", "event", "result", "orders")
 
 
 class Counts(Protocol):
@@ -64,7 +65,7 @@ class StationLink:
         inputs.append(LinkCounted(counters.undecodable, counters.overflowed))
         return inputs
 
-    def send_command(self, verb: Verb, targets: Sequence[str], stamp_ms: int) -> Command:
+    def send_command(self, verb: Verb, targets: Sequence[str], stamp_ms: int, payload: Payload = NOTHING) -> Command:
         """Send an order; its results come in by `poll`."""
         command = Command(
             sender=self.station,
@@ -74,6 +75,10 @@ class StationLink:
             command_id=self._commands,
             verb=verb,
             targets=tuple(targets),
+            point_cm=payload.point_cm,
+            polygon_cm=payload.polygon_cm,
+            number=payload.number,
+            subject=payload.subject,
         )
         self._commands += 1
         self._link.publish(command)
@@ -99,15 +104,20 @@ class StationLink:
         return self._sequence - 1
 
 
-def open_link(plan: MissionPlan, station: str) -> Link:
+def open_link(plan: MissionPlan, station: str, endpoints: Sequence[str] = ()) -> Link:
     """Connect to every agent of a mission and listen; agents that cannot be reached yet are tried again.
+
+    Parameters
+    ----------
+    endpoints
+        Where to connect instead, e.g. `tcp/10.0.0.2:7447`.
 
     Raises `vehicle_agent.link.session.LinkError`, one sentence.
     """
     from vehicle_agent.link.session import FleetLink  # keeps Zenoh away from the first frame
 
-    endpoints = [plan.agent_endpoint(index) for index in range(len(plan.vehicle_names))]
-    link = FleetLink.open(plan.mission.name, station, connect=endpoints)
+    connect = list(endpoints) or [plan.agent_endpoint(index) for index in range(len(plan.vehicle_names))]
+    link = FleetLink.open(plan.mission.name, station, connect=connect)
     link.watch_alive()
     for topic in LISTENED_TOPICS:
         link.subscribe(topic)

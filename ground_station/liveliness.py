@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from ground_station.picture import Condition, VehiclePicture
 from ground_station.text import age
+from ground_station.vehicle_picture import Condition, VehiclePicture
 from vehicle_agent.wire.keys import TOPIC_BY_NAME
 from vehicle_agent.wire.messages import Severity
 

@@ -6,31 +6,19 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 
+from ground_station.conditions import Kind, Trouble
 from ground_station.ledger import SequenceRanges
 from ground_station.team_map import TeamMap
-from vehicle_agent.domain.frames import Point
+from ground_station.vehicle_picture import Condition, VehiclePicture, metres
 from vehicle_agent.mission.load import MissionPlan
-from vehicle_agent.wire.messages import Claim, Command, Outcome, PositionCm, Severity, Stage, Status
+from vehicle_agent.wire.messages import Command, Outcome, PolygonCm, Severity, Stage
 
-FINISHED_STAGES = (Stage.DONE, Stage.REFUSED)
+__all__ = ["Condition", "FleetState", "VehiclePicture", "metres"]
+
 COMMAND_TIMEOUT_S = 5.0
 """Wall time after which a vehicle that has not answered a command counts as timed out."""
 LOST_FOR_GOOD_S = 10.0
 """Wall time after which a lost vehicle no longer holds up the end of a mission."""
-
-
-class Condition(Enum):
-    """How well a vehicle's agent is heard."""
-
-    AWAITED = "awaited"
-    """Not heard since this station started."""
-    LIVE = "live"
-    SUSPECT = "suspect"
-    """A status is a second overdue."""
-    LOST = "lost"
-    """Silent for a whole lease, or its liveliness token is gone."""
-    LEFT = "left"
-    """Silent after its mission had ended: nothing to worry about."""
 
 
 class Phase(Enum):
@@ -44,66 +32,6 @@ class Phase(Enum):
     SILENT = "silent"
     """Nobody is heard any more, and not all had finished."""
     DONE = "done"
-
-
-@dataclass(frozen=True, slots=True)
-class VehiclePicture:
-    """One vehicle as last heard.
-
-    Attributes
-    ----------
-    name, index
-        As in the mission's team.
-    status
-        The last status with its texts made safe; None before the first.
-    arrival_s
-        Station time at which it came.
-    past_boots
-        Boot ids of earlier lives of the agent; what they still say about themselves is ignored.
-    alive, alive_changed_s
-        The agent's liveliness token (None: never seen) and the station time of its last change.
-    condition, condition_since_s
-        As of the last tick.
-    claim
-        The goal it goes for, or None.
-    trail_en_m
-        Where it was: (east, north) pairs in ENU metres, oldest first, thinned.
-    sent_samples
-        (stamp_ms, bytes_sent) pairs over the last seconds, for `bytes_per_s`.
-    """
-
-    name: str
-    index: int
-    status: Status | None = None
-    arrival_s: float | None = None
-    past_boots: tuple[int, ...] = ()
-    alive: bool | None = None
-    alive_changed_s: float = 0.0
-    condition: Condition = Condition.AWAITED
-    condition_since_s: float = 0.0
-    claim: Claim | None = None
-    trail_en_m: tuple[tuple[float, float], ...] = ()
-    sent_samples: tuple[tuple[float, int], ...] = ()
-
-    @property
-    def position_enu_m(self) -> Point | None:
-        return None if self.status is None else metres(self.status.position_cm)
-
-    @property
-    def bytes_per_s(self) -> float:
-        """Bytes sent per second of vehicle time, over the last ten seconds or so."""
-        if len(self.sent_samples) < 2:
-            return 0.0
-        (first_ms, first_bytes), (last_ms, last_bytes) = self.sent_samples[0], self.sent_samples[-1]
-        return 1_000.0 * (last_bytes - first_bytes) / max(1, last_ms - first_ms)
-
-    @property
-    def finished(self) -> bool:
-        return self.status is not None and self.status.stage in FINISHED_STAGES
-
-    def age_s(self, now_s: float) -> float | None:
-        """Station time since the last status; None before the first."""
-        return None if self.arrival_s is None else max(0.0, now_s - self.arrival_s)
 
 
 @dataclass(frozen=True, slots=True)
@@ -231,6 +159,10 @@ class FleetState:
         Earliest and latest stamp heard, Unix milliseconds; 0 before any.
     pace_samples
         (station time, newest status's stamp) pairs of the last seconds, for `speedup`.
+    troubles
+        What is wrong, as of the last tick, worst first.
+    muted
+        (vehicle, kind) pairs that the operator does not want to hear of.
     """
 
     plan: MissionPlan
@@ -249,6 +181,8 @@ class FleetState:
     started_ms: int = 0
     newest_ms: int = 0
     pace_samples: tuple[tuple[float, int], ...] = ()
+    troubles: tuple[Trouble, ...] = ()
+    muted: frozenset[tuple[str, Kind]] = frozenset()
 
     @classmethod
     def initial(cls, plan: MissionPlan, station: str, station_boot_id: int, now_s: float) -> FleetState:
@@ -309,8 +243,18 @@ class FleetState:
     def count(self, condition: Condition) -> int:
         return sum(vehicle.condition is condition for vehicle in self.vehicles)
 
+    @property
+    def audible_troubles(self) -> tuple[Trouble, ...]:
+        """Troubles that are not muted, worst first."""
+        return tuple(one for one in self.troubles if (one.vehicle, one.kind) not in self.muted)
 
-def metres(position_cm: PositionCm) -> Point:
-    """Centimetres of the wire to ENU metres."""
-    east, north, up = position_cm
-    return (east / 100, north / 100, up / 100)
+    @property
+    def zones(self) -> dict[int, PolygonCm]:
+        """No-fly polygons by number, as the vehicles say that they keep them."""
+        told = [vehicle.orders for vehicle in self.vehicles if vehicle.orders is not None]
+        return {zone.number: zone.polygon_cm for orders in told for zone in orders.no_fly}
+
+    @property
+    def area_cm(self) -> PolygonCm:
+        """The part of the area that counts by the operator's order; empty: all of it."""
+        return next((v.orders.area_cm for v in self.vehicles if v.orders is not None and v.orders.area_cm), ())

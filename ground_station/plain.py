@@ -6,9 +6,9 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TextIO
+from typing import TYPE_CHECKING, TextIO
 
 from ground_station.link import Link
 from ground_station.notice import read_notice
@@ -16,6 +16,9 @@ from ground_station.picture import FleetState, LogEntry, VehiclePicture
 from ground_station.station import Station
 from ground_station.text import clean
 from vehicle_agent.wire.messages import Severity
+
+if TYPE_CHECKING:
+    from ground_station.player import Player
 
 STEP_S = 0.1
 
@@ -75,6 +78,20 @@ class PlainLog:
             lines.append(status_line(state))
             self._due_s = state.now_s + self._interval_s
         return lines
+
+
+def replay_lines(player: Player, interval_s: float) -> Iterator[str]:
+    """The lines of a recording as fast as they can be made, a status line every `interval_s` of recorded time."""
+    log = PlainLog(interval_s, player.state.now_s)
+    second = 0.0
+    while not player.at_end:
+        second += STEP_S
+        player.seek(second)
+        yield from log.lines(player.state)
+        second = max(second, player.position_s)
+    yield status_line(player.state)
+    if not player.recording.complete:
+        yield f"notice {player.recording.path} is cut off: this is all that there is"
 
 
 def run_plain(

@@ -110,6 +110,29 @@ def coverage_curve(team_map: TeamMap, started_ms: int, points: int = 240) -> tup
     return tuple(zip(elapsed_s.tolist(), shares.tolist(), strict=True))
 
 
+def contribution_curves(
+    team_map: TeamMap, started_ms: int, until_ms: int, columns: int
+) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
+    """Share of the area that each vehicle has seen first over time, ties shared, from the map's own stamps.
+
+    Returns
+    -------
+    (vehicles, columns) float64 in [0, 1], growing, at `columns` moments evenly from `started_ms` to `until_ms`.
+    """
+    seen = team_map.elevation.observed & team_map.area
+    spans = (team_map.elevation.first_stamp_ms[seen] - started_ms) / max(1, until_ms - started_ms)
+    places = np.clip((spans * columns).astype(np.int64), 0, columns - 1)
+    words, which = np.unique(team_map.elevation.observers[seen], return_inverse=True)
+    gains = np.zeros((len(team_map.first_seen_cells), columns))
+    for at, word in enumerate(words.tolist()):
+        counts = np.bincount(places[which == at], minlength=columns) / word.bit_count()
+        for index in range(len(gains)):
+            if word >> index & 1:
+                gains[index] += counts
+    curves: np.ndarray[tuple[int, int], np.dtype[np.float64]] = np.cumsum(gains, axis=1) / max(1, team_map.area_cells)
+    return curves
+
+
 def frontier_cells(team_map: TeamMap) -> BoolArray:
     """Observed cells of the area with an unobserved cell of the area on one of their four sides: (columns, rows)."""
     unknown = team_map.area & ~team_map.elevation.observed

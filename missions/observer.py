@@ -7,11 +7,16 @@ from collections.abc import Callable
 from pathlib import Path
 from types import TracebackType
 
+from ground_station.inputs import AliveChanged, Heard, Tick
+from ground_station.link import LISTENED_TOPICS
+from ground_station.picture import FleetState
 from ground_station.recorder import RunRecorder
+from ground_station.recording import FILE_NAME, RecordingWriter
 from missions.ending import MissionWatch
 from missions.processes import simulated_names
 from vehicle_agent.link.session import FleetLink, LinkError
 from vehicle_agent.mission.load import MissionError, MissionPlan
+from vehicle_agent.wire.messages import BodyReport
 
 
 class Observer:
@@ -34,14 +39,20 @@ class Observer:
         except LinkError as error:
             raise MissionError(f"{plan.source}: {error}") from None
         self._recorder = RunRecorder(run_dir)
-        for topic in ("status", "event", "command", "result", "body"):
+        self._recording = RecordingWriter(run_dir / FILE_NAME)
+        self._recording.begin(FleetState.initial(plan, "observer", 0, now()))
+        self._link.watch_alive()
+        for topic in (*LISTENED_TOPICS, "command", "body"):
             self._link.subscribe(topic)
 
     def poll(self) -> None:
         """Take in what arrived since the last call."""
-        messages = self._link.poll()
-        self.watch.hear(messages, self._now())
+        messages, now_s = self._link.poll(), self._now()
+        self.watch.hear(messages, now_s)
         self._recorder.record(messages)
+        heard = [Heard(message, now_s) for message in messages if not isinstance(message, BodyReport)]
+        alive = [AliveChanged(name, alive, now_s) for name, alive in self._link.poll_alive()]
+        self._recording.write([*heard, *alive, Tick(now_s)])
 
     def __enter__(self) -> Observer:
         return self
@@ -51,3 +62,4 @@ class Observer:
     ) -> None:
         self._link.close()
         self._recorder.close()
+        self._recording.close()

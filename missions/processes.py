@@ -70,7 +70,7 @@ def dashboard_spec(plan: MissionPlan, run_dir: Path, notice_file: Path) -> Proce
     """The dashboard on the terminal. SIGTERM on our death, so that it can give the terminal back."""
     return ProcessSpec(
         name=DASHBOARD,
-        argv=_module("ground_station.cli", str(plan.source), "--notice-file", str(notice_file)),
+        argv=_module("ground_station.cli", str(plan.source), "--notice-file", str(notice_file), "--stops-mission"),
         log=run_dir / "ground-station.log",
         loss=Loss.LOSES_VIEW,
         readiness=Readiness.STARTED,

@@ -7,22 +7,18 @@ from typing import ClassVar
 
 from textual.binding import BindingType
 
+from ground_station.payload import NOTHING, Payload, described
 from ground_station.picture import CommandTrack, FleetState, VehiclePicture
 from ground_station.screens.dialog import Dialog
 from ground_station.views import palette
 from ground_station.views.ink import Line, Look, line_of
 from vehicle_agent.wire.messages import Verb
 
-MEANING = {
-    Verb.HOLD: ("Hold", "stop and stay where they are"),
-    Verb.RESUME: ("Resume", "go on with the mission"),
-    Verb.RETURN: ("Return home", "fly home, land and disarm"),
-    Verb.LAND: ("Land", "land where they are"),
-}
+Send = Callable[[Verb, Sequence[str], Payload], int | None]
 
 
 class CommandDialog(Dialog):
-    """All vehicles are chosen at first; up and down choose one, `a` all of them again."""
+    """All vehicles (or the chosen one) are targets at first; up and down choose one, `a` all of them again."""
 
     WIDTH = 66
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -34,12 +30,14 @@ class CommandDialog(Dialog):
     ]
 
     def __init__(
-        self, look: Look, state: FleetState, verb: Verb, send: Callable[[Verb, Sequence[str]], int | None]
+        self, look: Look, state: FleetState, verb: Verb, send: Send, payload: Payload = NOTHING, chosen: str = ""
     ) -> None:
         super().__init__(look, state)
         self.verb = verb
+        self.payload = payload
         self._send = send
-        self._chosen: int | None = None
+        names = state.plan.vehicle_names
+        self._chosen: int | None = names.index(chosen) if chosen in names else None
         self._command_id: int | None = None
         self._unsent = False
 
@@ -69,7 +67,7 @@ class CommandDialog(Dialog):
         if self._command_id is not None:
             self.dismiss()
             return
-        self._command_id = self._send(self.verb, self.targets)
+        self._command_id = self._send(self.verb, self.targets, self.payload)
         self._unsent = self._command_id is None
         self.redraw()
 
@@ -78,7 +76,7 @@ class CommandDialog(Dialog):
 
     def content(self, width: int, height: int) -> Sequence[Line]:
         quiet = self.look.ink(palette.QUIET)
-        word, meaning = MEANING[self.verb]
+        word, meaning = described(self.verb, self.payload)
         targets = self.targets
         whom = targets[0] if len(targets) == 1 else f"all {len(targets)} vehicles"
         track = self.track
@@ -88,7 +86,7 @@ class CommandDialog(Dialog):
             (),
         ]
         if self._unsent:
-            lines.append(line_of(("not sent: the link is not open yet", self.look.ink(palette.BAD, bold=True))))
+            lines.append(line_of(("not sent: there is no link to the fleet", self.look.ink(palette.BAD, bold=True))))
         rows = [
             self._row(vehicle, track) for vehicle in self.state.vehicles if track is None or vehicle.name in targets
         ]

@@ -2,23 +2,36 @@
 
 from __future__ import annotations
 
+import numpy as np
+import numpy.typing as npt
+
 from ground_station.picture import FleetState
 from ground_station.team_map import coverage_curve
 from ground_station.text import duration
 from ground_station.views import palette
-from ground_station.views.ink import Line, Look, line_of
+from ground_station.views.ink import Line, Look, Span, line_of
 
+Curves = npt.NDArray[np.float64]
+"""(vehicles, 2 x columns) shares of the area seen first, see `team_map.contribution_curves`."""
 RATE_WINDOW_S = 60.0
 _BRAILLE_DOTS = ((0x40, 0x04, 0x02, 0x01), (0x80, 0x20, 0x10, 0x08))
 """Bits of a braille cell: [column][row from below]."""
 
 
-def curve_lines(state: FleetState, width: int, height: int, look: Look) -> list[Line]:
-    """A title with the numbers, the filled curve from 0 to 100 %, and the time under it."""
-    title = _title(state, look)
+def curve_lines(state: FleetState, width: int, height: int, look: Look, by_vehicle: Curves | None = None) -> list[Line]:
+    """A title with the numbers, the filled curve from 0 to 100 %, and the time under it.
+
+    Parameters
+    ----------
+    by_vehicle
+        Every vehicle's part of the area instead of the team's, from 0 to the largest.
+    """
     plot_width, plot_height = width - 5, height - 2
     if plot_width < 8 or plot_height < 1:
-        return [title]
+        return [_title(state, look)]
+    if by_vehicle is not None:
+        return _contribution_lines(state, by_vehicle, plot_width, plot_height, look)
+    title = _title(state, look)
     shares = _resampled(coverage_curve(state.team_map, state.started_ms), state.elapsed_s, 2 * plot_width)
     dots = [round(share * 4 * plot_height) for share in shares]
     lines = [title]
@@ -31,6 +44,36 @@ def curve_lines(state: FleetState, width: int, height: int, look: Look) -> list[
         lines.append(line_of((label + " ", look.ink(palette.QUIET)), (text, look.ink(palette.ACCENT))))
     end = duration(state.elapsed_s)
     lines.append(line_of((f"     0:00:00{end:>{max(1, plot_width - 7)}}", look.ink(palette.QUIET))))
+    return lines
+
+
+def _contribution_lines(state: FleetState, curves: Curves, width: int, height: int, look: Look) -> list[Line]:
+    """One line of dots per vehicle, in its colour; where two meet, the better one is seen."""
+    top = max(0.01, float(curves.max()) if curves.size else 0.0)
+    rows: list[list[Span]] = [[(" ", look.ink())] * width for _ in range(height)]
+    by_merit = sorted(state.vehicles, key=lambda vehicle: curves[vehicle.index, -1])
+    for vehicle in by_merit:
+        ink = look.ink(palette.vehicle_colour(vehicle.index), bold=True)
+        dots = np.minimum(4 * height - 1, (curves[vehicle.index] / top * (4 * height - 1)).round().astype(np.int64))
+        for x in range(width):
+            left, right = int(dots[2 * x]), int(dots[2 * x + 1])
+            row = height - 1 - max(left, right) // 4
+            if look.unicode:
+                bits = _BRAILLE_DOTS[0][left % 4] if left // 4 == height - 1 - row else 0
+                bits |= _BRAILLE_DOTS[1][right % 4] if right // 4 == height - 1 - row else 0
+                rows[row][x] = (chr(0x2800 + bits), ink)
+            else:
+                rows[row][x] = (str((vehicle.index + 1) % 10), ink)
+    best = by_merit[-1]
+    title = line_of(
+        ("seen first, by vehicle  ", look.ink(palette.QUIET)),
+        (f"{best.name} {100 * state.team_map.first_seen_share(best.index):.1f}%", look.ink(bold=True)),
+    )
+    lines = [title]
+    for at, row_spans in enumerate(rows):
+        label = f"{100 * top:3.0f}% " if at == 0 else "  0% " if at == height - 1 else "     "
+        lines.append(((label, look.ink(palette.QUIET)), *row_spans))
+    lines.append(line_of((f"     0:00:00{duration(state.elapsed_s):>{max(1, width - 7)}}", look.ink(palette.QUIET))))
     return lines
 
 

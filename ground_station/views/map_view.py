@@ -2,95 +2,160 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from itertools import pairwise
-
 import numpy as np
 
 from ground_station.picture import Condition, FleetState, VehiclePicture, metres
+from ground_station.text import duration
 from ground_station.views import palette
 from ground_station.views.ink import Ink, Line, Look, Rgb, Span
-from ground_station.views.raster import FRONTIER, OBSERVED, Raster, rasterise, segment_pixels
+from ground_station.views.raster import FRONTIER, OBSERVED, Raster, line_pixels, rasterise
 from ground_station.views.viewport import Viewport
+from ground_station.views.window import Ground, Layer, MapWindow, scale_bar
+from ground_station.views.zones import ZonePixels, zone_pixels
 from vehicle_agent.wire.messages import PositionCm
 
 RAMP_STEPS = 16
 TRAIL_POINTS = 60
 """How much of a trail is drawn: the newest part, so that the ground stays readable."""
 ASCII_RAMP = "-=+*%@"
+WHOLE = MapWindow()
+SCALE_CHARACTERS = 8
 Pixels = list[list[Rgb | None]]
 """[y][x] colours; None leaves the terminal's own."""
 Marks = dict[tuple[int, int], Span]
 """(x, y) of a character to what stands there instead of the ground."""
 
 
-def map_raster(state: FleetState, width: int, height: int, look: Look, former: Raster | None = None) -> Raster:
+def map_raster(
+    state: FleetState,
+    width: int,
+    height: int,
+    look: Look,
+    former: Raster | None = None,
+    window: MapWindow = WHOLE,
+) -> Raster:
     """The ground for a map of `width` x `height` characters; `former` again when it still holds."""
     blocks = _in_blocks(look)
     width, height = max(1, width), max(1, height)
-    view = Viewport.around(state.plan.grid, width, 2 * height if blocks else height, 1.0 if blocks else 2.0)
-    if former is not None and (former.version, former.view) == (state.team_map.version, view):
+    view = window.viewport(state.plan.grid, width, 2 * height if blocks else height, 1.0 if blocks else 2.0)
+    wanted = (state.team_map.version, view, window.ground)
+    if former is not None and (former.version, former.view, former.ground) == wanted:
         return former
-    return rasterise(state.team_map, view)
+    return rasterise(state.team_map, view, window.ground)
 
 
-def map_lines(state: FleetState, raster: Raster, look: Look) -> list[Line]:
+def map_lines(state: FleetState, raster: Raster, look: Look, window: MapWindow = WHOLE) -> list[Line]:
     """The raster with everything on it, north up: one line per row of characters."""
     view = raster.view
+    rows = rows_per_character(look)
+    marks = _marks(state, view, look, window, rows)
+    zones = zone_pixels(state, view, window)
     if not _in_blocks(look):
-        return _character_lines(state, raster, view, _marks(state, view, look, rows_per_character=1), look)
-    marks = _marks(state, view, look, rows_per_character=2)
-    pixels = _ground_colours(raster)
-    _draw_ways(state, view, pixels)
+        return _character_lines(state, raster, view, marks, zones, look, window)
+    pixels = _ground_colours(raster, window)
+    _draw_zones(zones, pixels)
+    _draw_ways(state, view, pixels, window)
     return [_block_line(pixels[row], pixels[row + 1], row // 2, marks) for row in range(0, view.height, 2)]
+
+
+def rows_per_character(look: Look) -> int:
+    """Pixels of the raster above each other in one character."""
+    return 2 if _in_blocks(look) else 1
 
 
 def _in_blocks(look: Look) -> bool:
     return look.unicode and look.colour
 
 
-def caption(raster: Raster, width: int, look: Look) -> Line:
-    """What the colours mean: lowest and highest ground seen, and the glyphs on the map."""
+def caption(raster: Raster, width: int, look: Look, started_ms: int = 0) -> Line:
+    """What the colours mean, a scale bar, and the glyphs on the map as far as there is room."""
+    quiet = look.ink(palette.QUIET)
+    spans = [*_ramp(raster, look, started_ms), ("  ", quiet)]
+    metres_per_character = raster.view.pixel_width_m
+    length, label = scale_bar(metres_per_character, SCALE_CHARACTERS)
+    bar = look.glyph("├", "|") + look.glyph("─", "-") * max(0, length - 2) + look.glyph("┤", "|")
+    spans.append((f"{bar[:length]} {label}", quiet))
+    goal, home = look.glyph("◇", "x"), look.glyph("⌂", "H")
+    frontier = (" ", Ink(bg=palette.FRONTIER)) if _in_blocks(look) else ("~", Ink())
+    for legend in ([(f"  {goal} goal {home} home", quiet)], [("  ", quiet), frontier, (" frontier", quiet)]):
+        if sum(len(text) for text, _ in (*spans, *legend)) <= width:
+            spans += legend
+    return tuple(spans)
+
+
+def _ramp(raster: Raster, look: Look, started_ms: int) -> list[Span]:
+    quiet = look.ink(palette.QUIET)
+    if raster.ground is Ground.SEEN_BY:
+        return [("seen first by: colours", quiet)]
+    if raster.ground is Ground.OBSERVED:
+        return [("light: observed", quiet)]
     ramp: list[Span]
     if _in_blocks(look):
         ramp = [(" ", Ink(bg=colour)) for colour in palette.cividis(8)]
     else:
         ramp = [(character, _character_ink(code, look)) for code, character in enumerate(ASCII_RAMP, 3)]
-    heights: list[Span] = [(f"{raster.lowest_m:.0f}", Ink()), *ramp, (f"{raster.highest_m:.0f} m", Ink())]
-    quiet = look.ink(palette.QUIET)
-    goal, home = look.glyph("◇", "x"), look.glyph("⌂", "H")
-    legend: list[Span] = [(f"  {goal} goal {home} home", quiet)]
-    frontier = (" ", Ink(bg=palette.FRONTIER)) if _in_blocks(look) else ("~", Ink())
-    if width >= 45:
-        legend += [("  ", quiet), frontier, (" frontier", quiet)]
-    return (*heights, *legend)
+    if raster.ground is Ground.SEEN_WHEN:
+        first_s, last_s = ((stamp_ms - started_ms) / 1_000 if stamp_ms else 0.0 for stamp_ms in _ends_ms(raster))
+        return [(duration(first_s), Ink()), *ramp, (duration(last_s), Ink())]
+    return [(f"{raster.lowest_m:.0f}", Ink()), *ramp, (f"{raster.highest_m:.0f} m", Ink())]
 
 
-def _ground_colours(raster: Raster) -> Pixels:
+def _ends_ms(raster: Raster) -> tuple[int, int]:
+    return (raster.first_ms, raster.last_ms)
+
+
+def _ground_codes(raster: Raster, steps: int, window: MapWindow) -> np.ndarray[tuple[int, int], np.dtype[np.int64]]:
+    """Per pixel: 0 outside, 1 unobserved, 2 frontier, 3 and on for observed ground."""
+    kind = raster.kind
+    if Layer.FRONTIERS not in window.layers:
+        kind = np.where(kind == FRONTIER, OBSERVED, kind)
+    if raster.ground is Ground.SEEN_BY:
+        codes = 3 + np.maximum(raster.seen_by, 0).astype(np.int64) % steps
+    elif raster.ground is Ground.OBSERVED:
+        codes = np.full(kind.shape, 3 + steps // 2, dtype=np.int64)
+    else:
+        codes = 3 + np.minimum((raster.height_share * steps).astype(np.int64), steps - 1)
+    ground: np.ndarray[tuple[int, int], np.dtype[np.int64]] = np.where(
+        kind == OBSERVED, codes, np.where(kind == FRONTIER, 2, kind)
+    )
+    return ground
+
+
+def _ground_colours(raster: Raster, window: MapWindow) -> Pixels:
     ramp = palette.cividis(RAMP_STEPS)
-    steps = np.minimum((raster.height_share * RAMP_STEPS).astype(np.int64), RAMP_STEPS - 1)
+    if raster.ground is Ground.SEEN_BY:
+        ramp = tuple(palette.blend(palette.UNOBSERVED, colour, 0.6) for colour in palette.VEHICLE_COLOURS)
     table: list[Rgb | None] = [None, palette.UNOBSERVED, palette.FRONTIER, *ramp]
-    codes = np.where(raster.kind == OBSERVED, steps + 3, np.where(raster.kind == FRONTIER, 2, raster.kind))
-    return [[table[code] for code in row] for row in codes.T.tolist()]
+    return [[table[code] for code in row] for row in _ground_codes(raster, len(ramp), window).T.tolist()]
 
 
-def _draw_ways(state: FleetState, view: Viewport, pixels: Pixels) -> None:
+def _draw_zones(zones: ZonePixels, pixels: Pixels) -> None:
+    """Zones hatched, borders and the fence whole."""
+    for (x, y), colour in zones.tints.items():
+        ground = pixels[y][x]
+        pixels[y][x] = palette.blend(ground or palette.UNOBSERVED, colour, 0.6)
+    for (x, y), colour in zones.borders.items():
+        pixels[y][x] = colour
+
+
+def _draw_ways(state: FleetState, view: Viewport, pixels: Pixels, window: MapWindow) -> None:
     """Trails dim, reserved legs bright, the way beyond dotted."""
     for vehicle in state.vehicles:
         if vehicle.status is None:
             continue
         colour = palette.vehicle_colour(vehicle.index)
-        for x, y in dict.fromkeys(_line_pixels(vehicle.trail_en_m[-TRAIL_POINTS:], view)):
+        trail = vehicle.trail_en_m[-TRAIL_POINTS:] if Layer.TRAILS in window.layers else ()
+        for x, y in dict.fromkeys(line_pixels(trail, view)):
             ground = pixels[y][x]
             if ground is not None:
                 pixels[y][x] = palette.blend(ground, colour, 0.3)
-        if vehicle.condition in (Condition.LOST, Condition.LEFT):
+        if vehicle.condition in (Condition.LOST, Condition.LEFT) or Layer.PATHS not in window.layers:
             continue
         leg, path = _way(vehicle)
-        for place, (x, y) in enumerate(_line_pixels(path, view)):
+        for place, (x, y) in enumerate(line_pixels(path, view)):
             if place % 2 == 0:
                 pixels[y][x] = colour
-        for x, y in _line_pixels(leg, view):
+        for x, y in line_pixels(leg, view):
             pixels[y][x] = colour
 
 
@@ -106,13 +171,7 @@ def _plane(position_cm: PositionCm) -> tuple[float, float]:
     return (east_m, north_m)
 
 
-def _line_pixels(corners: Sequence[tuple[float, float]], view: Viewport) -> Iterator[tuple[int, int]]:
-    pixels = [view.pixel_of(east_m, north_m) for east_m, north_m in corners]
-    for start, end in pairwise(pixels):
-        yield from segment_pixels(start, end, view)
-
-
-def _marks(state: FleetState, view: Viewport, look: Look, rows_per_character: int) -> Marks:
+def _marks(state: FleetState, view: Viewport, look: Look, window: MapWindow, rows_per_character: int) -> Marks:
     """Homes, goals and vehicles, the more important later and so on top."""
     marks: Marks = {}
 
@@ -130,13 +189,20 @@ def _marks(state: FleetState, view: Viewport, look: Look, rows_per_character: in
             put(*_plane(vehicle.status.home_cm), look.glyph("⌂", "H"), look.ink(palette.HOME, dim=True))
     for vehicle in heard:
         claim = vehicle.claim
-        if claim is not None and claim.active and vehicle.condition in (Condition.LIVE, Condition.SUSPECT):
+        shown = Layer.CLAIMS in window.layers
+        if shown and claim is not None and claim.active and vehicle.condition in (Condition.LIVE, Condition.SUSPECT):
             ink = look.ink(palette.vehicle_colour(vehicle.index), palette.UNOBSERVED, bold=True)
             put(*_plane(claim.goal_cm), look.glyph("◇", "x"), ink)
     for vehicle in sorted(heard, key=lambda one: one.condition is Condition.LOST):
         position = vehicle.position_enu_m
         assert position is not None
         put(position[0], position[1], _vehicle_text(vehicle, look), _vehicle_ink(vehicle, look))
+    corner = look.ink(palette.WARN, palette.UNOBSERVED, bold=True)
+    for place, (east_m, north_m) in enumerate(window.drawn_en_m):
+        put(east_m, north_m, str((place + 1) % 10), corner)
+    if window.cursor_en_m is not None:
+        cursor = Ink((0, 0, 0), palette.FRONTIER, bold=True) if look.colour else Ink(bold=True, reverse=True)
+        put(*window.cursor_en_m, look.glyph("┼", "+"), cursor)
     return marks
 
 
@@ -182,18 +248,25 @@ def _block_line(upper: list[Rgb | None], lower: list[Rgb | None], row: int, mark
     return tuple(spans)
 
 
-def _character_lines(state: FleetState, raster: Raster, view: Viewport, marks: Marks, look: Look) -> list[Line]:
-    """The map in plain characters: `.` unobserved, `~` frontier, a ramp for height, `,` trail and `:` way."""
-    steps = np.minimum((raster.height_share * len(ASCII_RAMP)).astype(np.int64), len(ASCII_RAMP) - 1)
-    table = " .~" + ASCII_RAMP
-    codes = np.where(raster.kind == OBSERVED, steps + 3, np.where(raster.kind == FRONTIER, 2, raster.kind))
+def _character_lines(
+    state: FleetState, raster: Raster, view: Viewport, marks: Marks, zones: ZonePixels, look: Look, window: MapWindow
+) -> list[Line]:
+    """The map in plain characters: `.` unobserved, `~` frontier, a ramp for height, `:` way, `/` and `#` zones."""
+    ramp = "123456789" if raster.ground is Ground.SEEN_BY else ASCII_RAMP
+    table = " .~" + ramp
+    codes = _ground_codes(raster, len(ramp), window)
     rows = [[(table[code], _character_ink(code, look)) for code in row] for row in codes.T.tolist()]
+    for (x, y), colour in zones.tints.items():
+        rows[y][x] = ("/", look.ink(colour))
+    for (x, y), colour in zones.borders.items():
+        rows[y][x] = ("#", look.ink(colour, bold=True))
     for vehicle in state.vehicles:
-        if vehicle.status is None or vehicle.condition in (Condition.LOST, Condition.LEFT):
+        hidden = vehicle.condition in (Condition.LOST, Condition.LEFT) or Layer.PATHS not in window.layers
+        if vehicle.status is None or hidden:
             continue
         ink = look.ink(palette.vehicle_colour(vehicle.index), bold=True)
         leg, path = _way(vehicle)
-        for x, y in [*_line_pixels(path, view), *_line_pixels(leg, view)]:
+        for x, y in [*line_pixels(path, view), *line_pixels(leg, view)]:
             rows[y][x] = (":", ink)
     for (x, y), mark in marks.items():
         rows[y][x] = mark
@@ -205,7 +278,8 @@ def _character_ink(code: int, look: Look) -> Ink:
         return Ink(dim=code == 1)
     if code == 2:
         return Ink(palette.FRONTIER)
-    return Ink(palette.QUIET, dim=True) if code < 2 else Ink(palette.cividis(len(ASCII_RAMP))[code - 3])
+    ramp = palette.cividis(len(ASCII_RAMP))
+    return Ink(palette.QUIET, dim=True) if code < 2 else Ink(ramp[(code - 3) % len(ramp)])
 
 
 def _joined(spans: list[Span]) -> Line:

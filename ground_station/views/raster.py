@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
 
 from ground_station.team_map import TeamMap, frontier_cells
 from ground_station.views.viewport import Viewport
+from ground_station.views.window import Ground
 from vehicle_agent.domain.frames import FloatArray
 
 OUTSIDE, UNOBSERVED, OBSERVED, FRONTIER = range(4)
@@ -28,11 +31,19 @@ class Raster:
     kind
         (width, height) uint8: OUTSIDE, UNOBSERVED, OBSERVED or FRONTIER.
     height_share
-        (width, height) float64, place of the observed ground between `low_m` and `high_m`, in [0, 1]; 0 elsewhere.
+        (width, height) float64, place of the observed ground between `low_m` and `high_m`, or of its first observation
+        between the map's first and last when `ground` is SEEN_WHEN, in [0, 1]; 0 elsewhere.
     low_m, high_m
         Ends of the ramp, ENU metres.
     lowest_m, highest_m
         Of the observed ground; 0 before any.
+    ground
+        What `height_share` means.
+    seen_by
+        (width, height) int16, team index of a first observer of each pixel's middle; -1 where there is none, and
+        everywhere unless `ground` is SEEN_BY.
+    first_ms, last_ms
+        Stamps of the map's first and last first observation.
     """
 
     version: int
@@ -43,9 +54,13 @@ class Raster:
     high_m: float
     lowest_m: float
     highest_m: float
+    ground: Ground
+    seen_by: npt.NDArray[np.int16]
+    first_ms: int
+    last_ms: int
 
 
-def rasterise(team_map: TeamMap, view: Viewport) -> Raster:
+def rasterise(team_map: TeamMap, view: Viewport, ground: Ground = Ground.ELEVATION) -> Raster:
     """Sum the map's cells into the view's pixels (or sample them where pixels are smaller than cells)."""
     grid = team_map.elevation.grid
     observed = team_map.elevation.observed & team_map.area
@@ -68,7 +83,23 @@ def rasterise(team_map: TeamMap, view: Viewport) -> Raster:
     high_m = max(math.ceil(highest_m / RAMP_ROUNDING_M) * RAMP_ROUNDING_M, low_m + RAMP_ROUNDING_M)
     mean_m = height_sums / np.maximum(observed_sums, 1.0)
     share = np.where(observed_sums > 0, np.clip((mean_m - low_m) / (high_m - low_m), 0.0, 1.0), 0.0)
-    return Raster(team_map.version, view, kind, share, low_m, high_m, lowest_m, highest_m)
+    stamps_ms = team_map.elevation.first_stamp_ms
+    first_ms, last_ms = (int(stamps_ms[observed].min()), int(stamps_ms[observed].max())) if len(seen_dm) else (0, 0)
+    if ground is Ground.SEEN_WHEN:
+        ages = np.where(observed, (stamps_ms - first_ms) / max(1, last_ms - first_ms), 0.0)
+        share = np.clip(_sampled(ages, team_map, view), 0.0, 1.0)
+    seen_by = np.full((view.width, view.height), -1, dtype=np.int16)
+    if ground is Ground.SEEN_BY:
+        seen_by = (_sampled(_lowest_bits(team_map.elevation.observers) + 1.0, team_map, view) - 1.0).astype(np.int16)
+    return Raster(
+        team_map.version, view, kind, share, low_m, high_m, lowest_m, highest_m, ground, seen_by, first_ms, last_ms
+    )
+
+
+def _lowest_bits(words: npt.NDArray[np.uint64]) -> FloatArray:
+    """Number of each word's lowest set bit; -1 for zero."""
+    lowest = words & (~words + np.uint64(1))
+    return np.where(words == 0, -1.0, np.log2(np.maximum(lowest, np.uint64(1)).astype(np.float64)))
 
 
 def _summed(layer: FloatArray, team_map: TeamMap, view: Viewport) -> FloatArray:
@@ -105,3 +136,10 @@ def segment_pixels(start: tuple[int, int], end: tuple[int, int], view: Viewport)
         for step in range(steps + 1)
     )
     return [pixel for pixel in pixels if view.holds(*pixel)]
+
+
+def line_pixels(corners: Sequence[tuple[float, float]], view: Viewport) -> Iterator[tuple[int, int]]:
+    """Pixels of a line through corners given as (east, north) in ENU metres."""
+    pixels = [view.pixel_of(east_m, north_m) for east_m, north_m in corners]
+    for start, end in pairwise(pixels):
+        yield from segment_pixels(start, end, view)

@@ -6,6 +6,7 @@ from ground_station.picture import Condition, FleetState, VehiclePicture
 from ground_station.text import age, data_rate
 from ground_station.views import palette
 from ground_station.views.ink import PLAIN, Line, Look, Span, line_of, wrapped
+from vehicle_agent.wire.messages import Severity
 
 WIDE = 56
 """Columns from which bytes per second are shown too."""
@@ -13,39 +14,53 @@ LOW_BATTERY = 250
 """Permille below which the charge is shown as a warning."""
 
 
-def roster_lines(state: FleetState, width: int, height: int, look: Look) -> list[Line]:
-    """A head and two or three lines per vehicle; one line each where there is not room; the worst off first where even
-    that is too much, with a count of the rest."""
+def roster_lines(state: FleetState, width: int, height: int, look: Look, selected: str = "") -> list[Line]:
+    """A head and two or three lines per vehicle, the most troubled first; one line each where there is not room, and a
+    count of the rest where even that is too much."""
     lines = [_head(look)]
     room = height - 1
-    vehicles = state.vehicles
+    vehicles = by_trouble(state)
     if room >= 2 * len(vehicles):
         reason_lines = 2 if room >= 3 * len(vehicles) else 1
         for vehicle in vehicles:
-            lines += [_first_line(state, vehicle, look), *_reason(state, vehicle, width, reason_lines, look)]
+            lines += [
+                _first_line(state, vehicle, look, selected),
+                *_reason(state, vehicle, width, reason_lines, look),
+            ]
         return lines
     if room >= len(vehicles):
-        return lines + [_first_line(state, vehicle, look) for vehicle in vehicles]
-    by_trouble = sorted(vehicles, key=lambda vehicle: (_trouble_rank(vehicle), vehicle.index))
+        return lines + [_first_line(state, vehicle, look, selected) for vehicle in vehicles]
     shown = max(0, room - 1)
-    lines += [_first_line(state, vehicle, look) for vehicle in by_trouble[:shown]]
+    first = [vehicle for vehicle in vehicles if vehicle.name == selected and vehicle not in vehicles[:shown]]
+    vehicles = [*first, *(vehicle for vehicle in vehicles if vehicle not in first)]
+    lines += [_first_line(state, vehicle, look, selected) for vehicle in vehicles[:shown]]
     return [*lines, line_of((f"   and {len(vehicles) - shown} more, less troubled", look.ink(palette.QUIET)))]
 
 
-def _trouble_rank(vehicle: VehiclePicture) -> int:
-    order = (Condition.LOST, Condition.SUSPECT, Condition.LIVE, Condition.AWAITED, Condition.LEFT)
-    return order.index(vehicle.condition)
+def by_trouble(state: FleetState) -> list[VehiclePicture]:
+    """The vehicles, those with the worst trouble first, else in the mission's order."""
+    ranks: dict[str, tuple[int, int]] = {}
+    for trouble in state.audible_troubles:
+        rank = (int(trouble.severity), int(trouble.acknowledged))
+        ranks[trouble.vehicle] = min(rank, ranks.get(trouble.vehicle, rank))
+    untroubled = {Condition.AWAITED: 101, Condition.LEFT: 102}
+
+    def place(vehicle: VehiclePicture) -> tuple[tuple[int, int], int]:
+        return (ranks.get(vehicle.name, (untroubled.get(vehicle.condition, 100), 0)), vehicle.index)
+
+    return sorted(state.vehicles, key=place)
 
 
 def _head(look: Look) -> Line:
     return line_of((f"   {'vehicle':<10}{'  state':<13}{'mode':<8}{'batt':>4}{'age':>5}", look.ink(palette.QUIET)))
 
 
-def _first_line(state: FleetState, vehicle: VehiclePicture, look: Look) -> Line:
+def _first_line(state: FleetState, vehicle: VehiclePicture, look: Look, selected: str) -> Line:
     unicode_mark, ascii_mark, colour = palette.state_mark(vehicle)
     name = vehicle.name if len(vehicle.name) <= 10 else vehicle.name[:9] + look.glyph("…", ".")
+    pointer = look.glyph("▸", ">") if vehicle.name == selected else " "
     spans: list[Span | str] = [
-        (f"{vehicle.index + 1:>2} ", look.ink(palette.vehicle_colour(vehicle.index), bold=True)),
+        (f"{vehicle.index + 1:>2}{pointer}", look.ink(palette.vehicle_colour(vehicle.index), bold=True)),
         (f"{name:<10} ", look.ink(palette.vehicle_colour(vehicle.index), bold=True)),
         (f"{look.glyph(unicode_mark, ascii_mark)} {palette.state_word(vehicle):<10} ", look.ink(colour)),
     ]
@@ -73,10 +88,14 @@ def _reason(state: FleetState, vehicle: VehiclePicture, width: int, lines: int, 
     share = 100 * state.team_map.first_seen_share(vehicle.index)
     rate = f" {data_rate(vehicle.bytes_per_s):>8}" if width >= WIDE else ""
     numbers = f"{share:8.1f}%{rate} "
-    pieces = wrapped(vehicle.status.why, max(8, width - len(numbers)))
+    trouble = next((one for one in state.audible_troubles if one.vehicle == vehicle.name), None)
+    why = vehicle.status.why if trouble is None else f"{trouble.kind.value}: {trouble.text}"
+    pieces = wrapped(why, max(8, width - len(numbers)))
     if len(pieces) > lines:
         pieces = [*pieces[: lines - 1], " ".join(pieces[lines - 1 :])]
     pieces += [""] * (lines - len(pieces))
     first, *rest = pieces
     ink = quiet if vehicle.condition in (Condition.LOST, Condition.LEFT) else PLAIN
+    if trouble is not None and not trouble.acknowledged:
+        ink = look.ink(palette.BAD if trouble.severity <= Severity.ERROR else palette.WARN)
     return [line_of((numbers, quiet), (first, ink)), *(line_of((" " * len(numbers) + piece, ink)) for piece in rest)]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 
 from rich.color import Color
@@ -12,11 +12,12 @@ from textual.geometry import Region
 from textual.strip import Strip
 from textual.widget import Widget
 
-from ground_station.views.ink import Ink, Line, fitted
+from ground_station.views.ink import Ink, Line, Rgb, fitted
+from ground_station.views.theme import THEMES
 
 
 class Lines(Widget):
-    """Shows exactly the lines it was last given, cut or filled to its size."""
+    """Shows exactly the lines it was last given, cut or filled to its size, in the app's theme."""
 
     can_focus = False
     ALLOW_SELECT = False
@@ -43,11 +44,17 @@ class Lines(Widget):
         if changed:
             self.refresh(*changed)
 
+    @property
+    def theme_name(self) -> str:
+        """The app says which of `THEMES` it wears."""
+        return str(getattr(self.app, "theme_name", "night"))
+
     def render_line(self, y: int) -> Strip:
         ground = self.rich_style
         if y >= len(self._lines):
             return Strip.blank(self.size.width, ground)
-        segments = [Segment(text, ground + _style(ink)) for text, ink in self._lines[y]]
+        theme = THEMES[self.theme_name]
+        segments = [Segment(text, ground + _style(ink, theme.turn)) for text, ink in self._lines[y]]
         return Strip(segments).adjust_cell_length(self.size.width, ground)
 
     @property
@@ -57,10 +64,10 @@ class Lines(Widget):
 
 
 @lru_cache(maxsize=4096)
-def _style(ink: Ink) -> Style:
+def _style(ink: Ink, turn: Callable[[Rgb], Rgb]) -> Style:
     return Style(
-        color=None if ink.fg is None else Color.from_rgb(*ink.fg),
-        bgcolor=None if ink.bg is None else Color.from_rgb(*ink.bg),
+        color=None if ink.fg is None else Color.from_rgb(*turn(ink.fg)),
+        bgcolor=None if ink.bg is None else Color.from_rgb(*turn(ink.bg)),
         bold=ink.bold or None,
         dim=ink.dim or None,
         reverse=ink.reverse or None,

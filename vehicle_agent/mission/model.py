@@ -308,6 +308,18 @@ class SafetyTable(_Table, frozen=True, kw_only=True):
     teammate_silence_s: Annotated[float, Meta(ge=1, le=3600)] = 15.0
 
 
+class ReplanTable(_Table, frozen=True, kw_only=True):
+    """What the ground station does when the team changes.
+
+    Attributes
+    ----------
+    mode
+        `ask`: it proposes and the operator confirms; `auto`: it sends by itself; `off`: it leaves all to the agents.
+    """
+
+    mode: Literal["ask", "auto", "off"] = "ask"
+
+
 class Mission(_Table, frozen=True, kw_only=True):
     """A whole mission file.
 
@@ -339,6 +351,8 @@ class Mission(_Table, frozen=True, kw_only=True):
         When the mission ends.
     safety
         Distances and times that planning keeps.
+    replan
+        What the ground station does when the team changes.
     """
 
     format: Literal[1]
@@ -354,3 +368,4 @@ class Mission(_Table, frozen=True, kw_only=True):
     simulation: SimulationTable = SimulationTable()
     stop: StopTable = StopTable()
     safety: SafetyTable = SafetyTable()
+    replan: ReplanTable = ReplanTable()
