@@ -100,14 +100,14 @@ def bench_conformance(json_file: Path | None) -> int:
 
 def examine(firmware: str) -> list[Verdict]:
     """Ask one vehicle everything and compare with its recording."""
-    plan = _plan()
+    plan = three_vehicles()
     fleet = Fleet(plan, World.of(plan))
     recorded = recorded_answers(firmware)
     interview = Interview(fleet, list(FIRMWARES).index(firmware))
     return [compare(firmware, answered, recorded[answered.name]) for answered in ask_all(interview)]
 
 
-def _plan() -> MissionPlan:
+def three_vehicles() -> MissionPlan:
     """A copter, a boat and an underwater vehicle with system ids 1, 2 and 3, as those recorded."""
     team = [
         {
