@@ -20,7 +20,8 @@ UDP_SILENCE_S = 10.0
 """A UDP peer that has said nothing for this long is gone."""
 HEARTBEAT_WALL_S = 1.0
 """Clients count a vehicle's silence in real time, so a slow simulation adds heartbeats."""
-SHORTEST_NAP_S = 0.004
+SHORTEST_NAP_S = 0.008
+"""Steps that are due meanwhile run together: waking up costs more than a step of a small fleet."""
 
 
 class ServerError(Exception):
