@@ -18,7 +18,7 @@ from vehicle_agent.domain.frames import FloatArray, Point
 from vehicle_agent.domain.grid import Grid
 from vehicle_agent.domain.paths import assumed_surface
 from vehicle_agent.domain.polygon import BoolArray
-from vehicle_agent.domain.visibility import view
+from vehicle_agent.domain.visibility import eyes_in_cells, mark_view
 from vehicle_agent.planning.constraints import Constraints, Reservation
 from vehicle_agent.planning.interface import Finished, Observation, Planner, Situation, Teammate, Waypoint
 
@@ -100,6 +100,7 @@ class _Coverage:
         team: CoverageTeam,
     ) -> None:
         self._grid, self._truth, self._team, self._planners = grid, elevation_m, team, planners
+        self._top_m = float(elevation_m.max())
         self._area: BoolArray = np.ones(grid.shape, dtype=np.bool_)
         self._map = ElevationMap(grid)
         self._watchers = np.zeros(grid.shape, dtype=np.int64)
@@ -137,7 +138,9 @@ class _Coverage:
 
     def _look(self, position: Point) -> BoolArray:
         """What is seen from a place; what of it nobody had seen goes into the team's map."""
-        seen = view(self._grid, self._truth, position, self._team.range_m)
+        seen = np.zeros(self._grid.shape, dtype=np.bool_)
+        eye = eyes_in_cells(self._grid, np.array(position))[0]
+        mark_view(self._truth, eye, self._grid.cell_m, self._team.range_m, self._top_m, seen)
         new = np.flatnonzero(seen & ~self._map.observed)
         if len(new):
             heights_dm = np.round(self._truth.ravel()[new] * 10.0).astype(np.int32)

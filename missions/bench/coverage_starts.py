@@ -55,7 +55,8 @@ def _tessellated(
     area = (grid.west_m, grid.south_m, grid.east_m, grid.north_m)
     surface = ApproximateSurface(known_points(grid, elevation_m, rng), area)
     lift = np.array((0.0, 0.0, team.min_above_m))
-    return tessellate(surface, vehicles, TessellationParams(), rng) + lift
+    lifted: FloatArray = tessellate(surface, vehicles, TessellationParams(), rng) + lift
+    return lifted
 
 
 def _lattice(grid: Grid, vehicles: int) -> FloatArray:

@@ -12,6 +12,7 @@ from vehicle_agent.domain.paths import (
     segment_distance_m,
     travel_distances,
 )
+from vehicle_agent.domain.polynomials import cubic_monomials
 from vehicle_agent.domain.rays import sight_is_clear, visible_cells
 from vehicle_agent.domain.tours import share_out
 from vehicle_agent.domain.visibility import mark_view, weigh_views
@@ -27,6 +28,7 @@ def warm_up() -> None:
     segment_distance_m(point, point, point, point)
     ground_heights(elevation, 0.0, 0.0, 1.0, np.ones((2, 3)))
     come_too_near(point, np.ones((2, 3)), np.ones((2, 3)), np.ones((2, 3)), 1.0)
+    cubic_monomials(np.ones((2, 3)))
     mark_view(elevation, point, 1.0, 2.0, 0.0, np.zeros((4, 4), dtype=np.bool_))
     weigh_views(elevation, np.ones((2, 3)), 1.0, 2.0, 0.0, elevation)
     assumed_surface(elevation, np.ones((4, 4), dtype=np.bool_), 1.0, 2, 1.5)

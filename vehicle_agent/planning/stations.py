@@ -53,7 +53,7 @@ class StationsParams:
     per_scale: int = 8
     far: int = 12
     heat: float = 0.02
-    heated_decisions: int = 180
+    heated_decisions: int = 120
     view_cells: float = 12.5
     dear_way: float = 0.0
     patience: int = 40
