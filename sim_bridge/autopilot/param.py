@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 import struct
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from sim_bridge.autopilot.dialect import Message, mavlink
 from sim_bridge.autopilot.service import Client, MessageHandler, Service
-from sim_bridge.parameters import ParameterType
+from sim_bridge.parameters import Parameter, ParameterType
 
 if TYPE_CHECKING:
     from sim_bridge.autopilot.node import Node
@@ -75,8 +76,15 @@ class ParameterService(Service):
             row, _ = vehicle.parameters.at(vehicle.parameters.index_of(name))
             if self._bytewise and row.kind is not ParameterType.REAL32:
                 value = float(float_as_integer(value))
-            vehicle.set_parameter(name, value)
+            if not vehicle.set_parameter(name, value).accepted:
+                vehicle.say(4, f"Param write denied ({name})")
+                self.node.log(f"PARAM_SET {name} to {value:g} refused: {_told_range(row)}")
             self.node.broadcast(self._value(vehicle.parameters.index_of(name), BY_NAME_INDEX))
+
+
+def _told_range(row: Parameter) -> str:
+    limited = math.isfinite(row.low) or math.isfinite(row.high)
+    return f"it takes {row.low:g} to {row.high:g}" if limited else "it takes finite numbers only"
 
 
 def integer_as_float(value: int) -> float:
