@@ -56,7 +56,7 @@ class StationsParams:
     heated_decisions: int = 120
     view_cells: float = 12.5
     dear_way: float = 0.0
-    patience: int = 40
+    patience: int = 25
     refresh: int = 5
 
     def __post_init__(self) -> None:
@@ -166,16 +166,18 @@ class Stations:
         """The present station first, then places around it and places over ground that nobody would see: (M, 3)."""
         params, rng = self._params, self._rng
         stretch = np.array((1.0, 1.0, 0.5)) * situation.range_m
-        around = [rng.standard_normal((params.per_scale, 3)) * stretch * scale for scale in params.local_scales]
+        scales = params.local_scales[:-1] if self._cold else params.local_scales
+        around = [rng.standard_normal((params.per_scale, 3)) * stretch * scale for scale in scales]
         choices = [station[None, :], *(station + offsets for offsets in around)]
         unseen = np.flatnonzero(wanted)
-        if params.far and len(unseen):
-            far = np.empty((params.far, 3))
-            middles = estimate.grid.centres_of(rng.choice(unseen, params.far))
-            far[:, :2] = middles + rng.standard_normal((params.far, 2)) * 0.5 * situation.range_m
+        count = params.far // 3 if self._cold else params.far
+        if count and len(unseen):
+            far = np.empty((count, 3))
+            middles = estimate.grid.centres_of(rng.choice(unseen, count))
+            far[:, :2] = middles + rng.standard_normal((count, 2)) * 0.5 * situation.range_m
             limits = situation.constraints
             lowest_m, highest_m = limits.min_above_m, min(limits.max_above_m, 0.6 * situation.range_m)
-            far[:, 2] = estimate.ground_m(far) + rng.uniform(lowest_m, max(lowest_m, highest_m), params.far)
+            far[:, 2] = estimate.ground_m(far) + rng.uniform(lowest_m, max(lowest_m, highest_m), count)
             choices.append(far)
         return np.concatenate(choices)
 
@@ -193,9 +195,10 @@ class Stations:
         places[:, 2] = places[:, 2].clip(lowest_m, ground_m + limits.max_above_m)
         keep = lowest_m <= limits.ceiling_m
         places[:, 2] = np.minimum(places[:, 2], limits.ceiling_m)
-        for mate in situation.teammates:
-            theirs = np.array(mate.goal_enu_m or mate.position_enu_m)
-            keep &= np.linalg.norm(places - theirs, axis=1) >= 1.05 * limits.separation_m
+        if situation.teammates:
+            theirs = np.array([mate.goal_enu_m or mate.position_enu_m for mate in situation.teammates])
+            apart_m = np.linalg.norm(places[:, None, :] - theirs[None, :, :], axis=2)
+            keep &= (apart_m >= 1.05 * limits.separation_m).all(axis=1)
         keep[0] = True
         return places[keep]
 
