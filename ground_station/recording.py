@@ -10,14 +10,14 @@ from __future__ import annotations
 import struct
 import time
 import zlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
 
 import msgspec
 from mcap.exceptions import McapError
-from mcap.records import Attachment, Channel, Chunk, Footer, Message, Metadata
+from mcap.records import Attachment, Channel, Chunk, Footer, McapRecord, Message, Metadata
 from mcap.stream_reader import StreamReader, breakup_chunk
 from mcap.writer import Writer
 
@@ -167,7 +167,7 @@ class Recording:
     initial
         The picture that it begins with.
     complete
-        False when the file ends before its end: everything up to there is shown.
+        False when the file ends before its end, or something in it cannot be read: all else is shown.
     length_s
         From its first to its last input.
     """
@@ -200,18 +200,25 @@ class Recording:
         self._file.seek(self._spans[chunk].offset)
         record = next(StreamReader(self._file, skip_magic=True, emit_chunks=True).records)
         assert isinstance(record, Chunk)
-        return list(self._parsed(record))
+        try:
+            records = breakup_chunk(record)
+        except _BROKEN:
+            self.complete = False
+            return []
+        return [event for one in records if (event := self._parsed(one)) is not None]
 
     def close(self) -> None:
         self._file.close()
 
-    def _parsed(self, chunk: Chunk) -> Iterator[FleetInput]:
-        for record in breakup_chunk(chunk):
-            name = self._topics.get(record.channel_id, "") if isinstance(record, Message) else ""
-            if name and isinstance(record, Message):
-                event = from_object(name, msgspec.json.decode(record.data))
-                if event is not None:
-                    yield event
+    def _parsed(self, record: McapRecord) -> FleetInput | None:
+        name = self._topics.get(record.channel_id, "") if isinstance(record, Message) else ""
+        if not name or not isinstance(record, Message):
+            return None
+        try:
+            return from_object(name, msgspec.json.decode(record.data))
+        except msgspec.DecodeError:
+            self.complete = False
+            return None
 
     def _scan(self) -> tuple[dict[str, str] | None, bytes | None, bool]:
         """Look at every record's head once; returns the metadata, the mission, and whether the file is whole."""

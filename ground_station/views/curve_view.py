@@ -66,7 +66,7 @@ def _contribution_lines(state: FleetState, curves: Curves, width: int, height: i
                 rows[row][x] = (str((vehicle.index + 1) % 10), ink)
     best = by_merit[-1]
     title = line_of(
-        ("seen first, by vehicle  ", look.ink(palette.QUIET)),
+        ("seen first: ", look.ink(palette.QUIET)),
         (f"{best.name} {100 * state.team_map.first_seen_share(best.index):.1f}%", look.ink(bold=True)),
     )
     lines = [title]

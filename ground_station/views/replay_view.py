@@ -15,6 +15,6 @@ def replay_line(player: Player, look: Look) -> Line:
     place = f"{duration(player.position_s)} / {duration(player.recording.length_s)}"
     head = (f" REPLAY {sign} {look.glyph('×', 'x')}{player.speed:g} {place} ", look.ink(palette.ACCENT, bold=True))  # noqa: RUF001
     if not player.recording.complete:
-        return line_of(head, (" cut off: this is all that there is", look.ink(palette.WARN, bold=True)))
+        return line_of(head, (" cut off or damaged: this is all there is", look.ink(palette.WARN, bold=True)))
     keys = " space pause  [ ] 10 s  . step  < > speed"
     return line_of(head, (keys, look.ink(palette.QUIET)))

@@ -23,7 +23,7 @@ class Bench:
 
     def __init__(
         self, vehicles: int = 4, look: Look | None = None, notice_file: Path | None = None,
-        exit_when_done: bool = False, refusal: str = "",
+        exit_when_done: bool = False, refusal: str = "", stops_mission: bool = False,
     ) -> None:  # fmt: skip
         self.link = ListLink()
         self.now_s = 100.0
@@ -36,6 +36,7 @@ class Bench:
             clock=lambda: self.now_s,
             notice_file=notice_file,
             exit_when_done=exit_when_done,
+            stops_mission=stops_mission,
         )
 
     def _connect(self) -> ListLink:
