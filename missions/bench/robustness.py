@@ -95,6 +95,8 @@ class Target:
     def __init__(self, plan: MissionPlan) -> None:
         self.fleet = Fleet(plan, World.of(plan))
         self.vehicle = self.fleet.vehicles[0]
+        # An empty battery would change the flight mode without anybody's command.
+        self.vehicle.battery.endurance_s = 1e9
         self.node = Node(self.vehicle, plan.datum)
         self.attacker = self.node.connect()
         self.controller = self.node.connect()

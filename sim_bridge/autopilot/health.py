@@ -54,9 +54,16 @@ class HealthService(Service):
             healthy |= mavlink.MAV_SYS_STATUS_SENSOR_BATTERY
         if vehicle.ready_to_arm:
             healthy |= mavlink.MAV_SYS_STATUS_PREARM_CHECK
+        enabled = present
+        if vehicle.flight_plan.fence or vehicle.settings.fence.action is not None:
+            present |= mavlink.MAV_SYS_STATUS_GEOFENCE
+        if vehicle.settings.fence.action is not None:
+            enabled |= mavlink.MAV_SYS_STATUS_GEOFENCE
+        if vehicle.fence_breach() is None:
+            healthy |= mavlink.MAV_SYS_STATUS_GEOFENCE
         return mavlink.MAVLink_sys_status_message(
             present,
-            present,
+            enabled,
             healthy,
             100,
             round(vehicle.battery.voltage_v * 1000),

@@ -45,7 +45,7 @@ class HomeService(Service):
             0.0,
             0.0,
             0.0,
-            vehicle.clock.elapsed_us,
+            self.node.time_boot_us,
         )
 
     def origin(self) -> Message | None:
@@ -57,7 +57,7 @@ class HomeService(Service):
             degrees_e7(place.latitude_deg),
             degrees_e7(place.longitude_deg),
             round(place.altitude_amsl_m * 1000),
-            self.node.vehicle.clock.elapsed_us,
+            self.node.time_boot_us,
         )
 
     def _on_set_origin(self, client: Client, message: Message) -> None:

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from sim_bridge.autopilot.available_modes import AvailableModesService
 from sim_bridge.autopilot.command import CommandService, acknowledgement
 from sim_bridge.autopilot.dialect import COMPONENT_ID, Message, mavlink, new_codec, new_signing
+from sim_bridge.autopilot.fence_status import FenceService
 from sim_bridge.autopilot.flight import FlightService
 from sim_bridge.autopilot.ftp import FtpService
 from sim_bridge.autopilot.guided import GuidedService
@@ -64,6 +65,7 @@ SERVICES: tuple[type[Service], ...] = (
     SigningService,
     MaintenanceService,
     StickService,
+    FenceService,
 )
 """Every microservice; a new one is a file and a line here."""
 MOST_LOG_LINES = 20

@@ -58,7 +58,6 @@ DATA_STREAMS: dict[int, tuple[str, tuple[int, ...]]] = {
         (
             mavlink.MAVLINK_MSG_ID_AHRS,
             mavlink.MAVLINK_MSG_ID_SYSTEM_TIME,
-            mavlink.MAVLINK_MSG_ID_WIND,
             mavlink.MAVLINK_MSG_ID_RANGEFINDER,
             mavlink.MAVLINK_MSG_ID_DISTANCE_SENSOR,
             mavlink.MAVLINK_MSG_ID_OBSTACLE_DISTANCE,

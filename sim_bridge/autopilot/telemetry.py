@@ -73,7 +73,7 @@ class TelemetryService(Service):
         fixed = self.node.vehicle.has_fix
         fix = mavlink.GPS_FIX_TYPE_DGPS if fixed else mavlink.GPS_FIX_TYPE_NO_FIX
         return mavlink.MAVLink_gps_raw_int_message(
-            self.node.vehicle.clock.elapsed_us,
+            self.node.time_boot_us,
             fix,
             degrees_e7(place.latitude_deg),
             degrees_e7(place.longitude_deg),

@@ -22,5 +22,5 @@ class TimeService(Service):
 
     def _on_timesync(self, client: Client, message: Message) -> None:
         if message.tc1 == 0:
-            boot_ns = self.node.vehicle.clock.elapsed_us * 1000
+            boot_ns = self.node.time_boot_us * 1000
             self.node.send(client, mavlink.MAVLink_timesync_message(boot_ns, message.ts1))

@@ -266,3 +266,27 @@ def test_a_parameter_out_of_range_is_refused_with_its_old_value_and_a_log_line(b
     (line,) = bench.logged
     assert "WPNAV_SPEED" in line
     assert "-5" in line
+
+
+# Fence
+
+
+def test_the_fence_is_told_once_it_is_on(bench: Bench) -> None:
+    bench.airborne()
+    geofence = mavlink.MAV_SYS_STATUS_GEOFENCE
+    before = bench.asker.command(512, 1)[1]
+    assert not before.onboard_control_sensors_enabled & geofence
+    assert before.onboard_control_sensors_health & geofence
+    assert kinds(bench.asker.command(512, 162)) == ["COMMAND_ACK"]
+    vehicle = bench.fleet.vehicles[0]
+    assert vehicle.set_parameter("FENCE_ALT_MAX", 10).accepted
+    assert result(bench.asker.command(207, 1), 207) == ACCEPTED
+    bench.wait(1.0)
+    during = bench.asker.command(512, 1)[1]
+    assert during.onboard_control_sensors_enabled & geofence
+    assert not during.onboard_control_sensors_health & geofence
+    told = bench.asker.command(512, 162)[1]
+    assert (told.breach_status, told.breach_count, told.breach_type) == (1, 1, mavlink.FENCE_BREACH_MAXALT)
+    assert result(bench.asker.command(207, 0), 207) == ACCEPTED
+    assert kinds(bench.asker.command(512, 162)) == ["COMMAND_ACK"]
+    assert result(bench.asker.command(207, 9), 207) == DENIED
