@@ -4,13 +4,22 @@ from __future__ import annotations
 
 import os
 import socket
+from pathlib import Path
 
 import pytest
 
+INTEGRATION = Path(__file__).parent / "integration"
 PORTS_PER_FLEET = 200
 LOWEST_BASE = 12_000
 HIGHEST_BASE = 32_000
 """Below Linux's ephemeral ports, so that outgoing connections cannot take what was found free."""
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Tests with real processes need the machine's cores to themselves: `--dist loadgroup` gives them to one worker."""
+    for item in items:
+        if INTEGRATION in item.path.parents:
+            item.add_marker(pytest.mark.xdist_group("processes"))
 
 
 def _all_free(base: int) -> bool:
