@@ -56,6 +56,8 @@ class VehicleRecord:
         Length of the track since arming, through the positions reported.
     agent_ended
         Its process is gone.
+    worked_at_m
+        Where its agent last said that it was at work, mission's ENU metres.
     """
 
     simulated: bool
@@ -67,6 +69,7 @@ class VehicleRecord:
     down_ms: int | None = None
     flown_m: float = 0.0
     agent_ended: bool = False
+    worked_at_m: Point | None = None
     _armed: bool = False
     _track_end_m: Point | None = None
 
@@ -74,6 +77,8 @@ class VehicleRecord:
         """Take the agent's or the simulator's newest word; the simulator's decides the track of its bodies."""
         if isinstance(message, Status):
             self.status, self.status_heard_s = message, now_s
+            if message.stage is Stage.WORKING:
+                self.worked_at_m = _metres(message.position_cm)
             if self.first_stamp_ms is None:
                 self.first_stamp_ms = message.stamp_ms
         else:

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from missions.covered import covered_fraction, covers
 from missions.lockstep_vehicle import LockstepVehicle
 from sim_bridge.fleet import Fleet
 from sim_bridge.radio import Radio, RadioParams
@@ -22,11 +23,11 @@ from sim_bridge.reach import reachable_cells
 from sim_bridge.world import World
 from vehicle_agent.agent import VehicleAgent
 from vehicle_agent.domain.elevation import ElevationMap
-from vehicle_agent.domain.frames import FloatArray
+from vehicle_agent.domain.frames import FloatArray, Point
 from vehicle_agent.mission.load import MissionPlan
 from vehicle_agent.wire.codec import Codec
 from vehicle_agent.wire.keys import key, topic_of
-from vehicle_agent.wire.messages import Event
+from vehicle_agent.wire.messages import Event, Stage
 
 TICK_S = 0.2
 RECORD_PERIOD_S = 1.0
@@ -57,6 +58,8 @@ class LockstepResult:
         Per vehicle: landed and disarmed after its mission; hit the ground.
     min_separation_m, fence_breaches
         By the referee.
+    worked_at_enu_m
+        Where each vehicle was last at work, by name.
     events
         What the agents told, as (simulated seconds, vehicle, code, text).
     """
@@ -75,7 +78,13 @@ class LockstepResult:
     crashed: list[bool]
     min_separation_m: float
     fence_breaches: int
+    worked_at_enu_m: dict[str, Point] = field(default_factory=dict)
     events: list[tuple[float, str, str, str]] = field(default_factory=list)
+
+    @property
+    def covered_fraction(self) -> float:
+        """Share of the area in sight from where the vehicles were last at work."""
+        return covered_fraction(self.plan, self.true_elevation_m, self.worked_at_enu_m)
 
     @property
     def observed_fraction(self) -> float:
@@ -91,6 +100,7 @@ class LockstepResult:
             "seed": self.plan.mission.seed,
             "planner": self.plan.mission.task.planner,
             "observed_fraction": self.observed_fraction,
+            "covered_fraction": self.covered_fraction if covers(self.plan) else None,
             "elapsed_s": round(self.elapsed_s, 1),
             "min_separation_m": self.min_separation_m if math.isfinite(self.min_separation_m) else None,
             "fence_breaches": self.fence_breaches,
@@ -170,6 +180,8 @@ def simulate(
             now_s, inbox = links[index].take_inbox()
             agent.messages_dropped = codecs[index].dropped
             outbox = agent.step(now_s, inbox)
+            if agent.stage is Stage.WORKING:
+                record.worked_at_enu_m[agent.name] = positions[index]
             links[index].carry_out(outbox.actions)
             for message in outbox.messages:
                 data = codecs[index].encode(message)
@@ -193,6 +205,7 @@ def simulate(
         crashed=[vehicle.crashed for vehicle in fleet.vehicles],
         min_separation_m=fleet.referee.min_separation_m,
         fence_breaches=fleet.referee.fence_breaches,
+        worked_at_enu_m=record.worked_at_enu_m,
         events=record.events,
     )
 
@@ -206,6 +219,7 @@ class _Record:
         self.times_s: list[float] = []
         self.positions: list[list[tuple[float, float, float]]] = []
         self.observed_fractions: list[float] = []
+        self.worked_at_enu_m: dict[str, Point] = {}
         self.events: list[tuple[float, str, str, str]] = []
 
     def tick(self, maps: list[ElevationMap], progress: Callable[[float, float], None] | None) -> None:

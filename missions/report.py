@@ -10,11 +10,13 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
+from missions.covered import covered_fraction, covers
 from missions.ending import Ending, MissionWatch, VehicleRecord
 from missions.summary import Summary, VehicleSummary
 from vehicle_agent.adapters.file_journal import FileJournal, JournalError, JournalHeader
 from vehicle_agent.behaviour.map_exchange import MapExchange
 from vehicle_agent.domain.elevation import ElevationMap
+from vehicle_agent.domain.frames import FloatArray
 from vehicle_agent.domain.grid import Grid
 from vehicle_agent.domain.polygon import BoolArray
 from vehicle_agent.mission.load import MissionPlan
@@ -105,15 +107,25 @@ def read_referee(run_dir: Path) -> RefereeResult | None:
 
 
 def summarise(
-    plan: MissionPlan, run_dir: Path, watch: MissionWatch, facts: RunFacts, reachable: BoolArray | None
+    plan: MissionPlan,
+    run_dir: Path,
+    watch: MissionWatch,
+    facts: RunFacts,
+    reachable: BoolArray | None,
+    elevation_m: FloatArray | None = None,
 ) -> Summary:
     """Judge a run.
 
     Parameters
     ----------
     reachable : (columns, rows) bool, the surface that can be seen at all; None when nobody knows the true terrain.
+    elevation_m : (columns, rows) float64, the true surface, ENU z; None likewise: the team's map stands for it.
     """
     joined = join_maps(plan, run_dir)
+    covered = None
+    if covers(plan):
+        places = {name: r.worked_at_m for name, r in watch.vehicles.items() if r.worked_at_m is not None}
+        covered = covered_fraction(plan, joined.elevation_m if elevation_m is None else elevation_m, places)
     referee = read_referee(run_dir)
     within = plan.area_cells if reachable is None else reachable
     observed_fraction = int(np.count_nonzero(joined.observed & within)) / max(1, int(np.count_nonzero(within)))
@@ -127,9 +139,10 @@ def summarise(
         title=plan.mission.title,
         seed=plan.mission.seed,
         speedup=plan.mission.simulation.speedup,
-        verdict=verdict(facts, vehicles, observed_fraction),
+        verdict=verdict(facts, vehicles, 1.0 if covers(plan) else observed_fraction),
         ending=facts.ending.value,
         observed_fraction=observed_fraction,
+        covered_fraction=covered,
         truth_known=reachable is not None,
         elapsed_s=watch.elapsed_s,
         wall_s=facts.wall_s,

@@ -213,13 +213,14 @@ class MissionRun:
             peak_memory_bytes=self.peak_memory_bytes,
             warnings=tuple(self.warnings),
         )
-        reachable = None
+        reachable = elevation_m = None
         if processes.simulated_names(self.plan):
             from sim_bridge.reach import reachable_cells
             from sim_bridge.world import World
 
+            elevation_m = World.of(self.plan).elevation_m
             reachable = reachable_cells(self.plan, World.of(self.plan))
-        summary = summarise(self.plan, self.run_dir, watch, facts, reachable)
+        summary = summarise(self.plan, self.run_dir, watch, facts, reachable, elevation_m)
         write_summary(summary, self.run_dir)
         print(summary_text(summary, self.run_dir), flush=True)
         stopped = self.interrupts.exit_code

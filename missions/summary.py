@@ -60,6 +60,8 @@ class Summary(msgspec.Struct, frozen=True, kw_only=True):
         Why it was over: a word for programs.
     observed_fraction
         Share of the reachable surface observed, on all maps together.
+    covered_fraction
+        Share of the area in sight at once from where the vehicles were last at work; None but for a task `cover`.
     truth_known
         The reachable surface was worked out from the simulator's terrain; else it is the whole area.
     elapsed_s
@@ -87,6 +89,7 @@ class Summary(msgspec.Struct, frozen=True, kw_only=True):
     wall_s: float
     first_airborne_wall_s: float | None
     vehicles: list[VehicleSummary]
+    covered_fraction: float | None = None
     min_separation_m: float | None = None
     fence_breaches: int | None = None
     crashes: int | None = None
@@ -126,6 +129,9 @@ def summary_text(summary: Summary, run_dir: Path) -> str:
         f"  time       {_minutes(summary.elapsed_s)} of vehicle time, {_minutes(summary.wall_s)} of yours"
         f" (speed-up {summary.speedup:g}, seed {summary.seed})",
     ]
+    if summary.covered_fraction is not None:
+        covered = f"{100 * summary.covered_fraction:.2f} % of the area at once, from where the team stayed"
+        lines.insert(1, f"  covered    {covered}")
     if summary.first_airborne_wall_s is not None:
         lines.append(f"  airborne   first vehicle after {summary.first_airborne_wall_s:.1f} s")
     if summary.fence_breaches is not None:

@@ -17,7 +17,7 @@ from vehicle_agent.behaviour.status_report import Figures, status_fields
 from vehicle_agent.behaviour.voice import Voice
 from vehicle_agent.domain.elevation import ElevationMap
 from vehicle_agent.mission.load import MissionPlan
-from vehicle_agent.planning.choose import make_planner
+from vehicle_agent.planning.choose import make_task_planner
 from vehicle_agent.ports import Inbox, Outbox, VehicleState
 from vehicle_agent.wire.keys import TOPIC_BY_NAME
 from vehicle_agent.wire.messages import (
@@ -65,8 +65,8 @@ class VehicleAgent:
     ) -> None:
         mission, vehicle = plan.mission, plan.mission.vehicles[index]
         start_en_m = (vehicle.start_enu_m[0], vehicle.start_enu_m[1])
-        planner = make_planner(
-            mission.task.planner, plan.grid, vehicle.sensor.range_m, mission.task.step_m, start_en_m, rng
+        planner = make_task_planner(
+            mission.task, mission.stop.observed_fraction, plan.grid, vehicle.sensor.range_m, start_en_m, rng
         )
         self.name = vehicle.name
         self._voice = Voice(vehicle.name, boot_id)

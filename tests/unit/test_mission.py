@@ -192,7 +192,7 @@ def test_a_change_from_the_command_line_is_checked_too() -> None:
         (swap('"claims"', '"magic"'), "task.planner: 'magic' is not known; choose 'cao', 'claims'"),
         (swap('kind = "grid"', 'kind = "moon"'), "'moon' is not known; choose 'grid', 'gaussians', 'flat'"),
         (swap('kind = "range"', 'kind = "sonar"'), "vehicles[0].sensor.kind: 'sonar' is not known; choose 'range'"),
-        (swap('kind = "explore"', 'kind = "cover"'), "task.kind: 'cover' is not known; choose 'explore'"),
+        (swap('kind = "explore"', 'kind = "loiter"'), "task.kind: 'loiter' is not known; choose 'explore', 'cover'"),
         (swap("[200.0, 200.0]", "[200.0]"), "vehicles[0].start_enu_m: expected an array of length >= 2"),
         (swap("[200.0, 200.0]", "[200.0, 200.0, 0.0, 1.0]"), "vehicles[0].start_enu_m: expected an array"),
         (swap('file = "terrain/jacksboro.npz"', 'file = ""'), "terrain.file"),

@@ -18,6 +18,7 @@ from vehicle_agent.behaviour.standing_orders import StandingOrders
 from vehicle_agent.behaviour.voice import Voice
 from vehicle_agent.domain.frames import Point
 from vehicle_agent.mission.load import MissionPlan
+from vehicle_agent.mission.model import CoverTask
 from vehicle_agent.planning.interface import Finished, Planner
 from vehicle_agent.planning.travel import way_length_m
 from vehicle_agent.ports import (
@@ -224,7 +225,8 @@ class Flight:
     def _reason_to_return(self, state: VehicleState) -> str | None:
         stop = self._plan.mission.stop
         known = self._knowledge.known_fraction(self.standing.area_cells)
-        if known >= stop.observed_fraction and self._errand is None:
+        covers = isinstance(self._plan.mission.task, CoverTask)
+        if known >= stop.observed_fraction and self._errand is None and not covers:
             return f"{100 * known:.1f} % of the area is known"
         if self._took_off_at_s is not None and self._now_s - self._took_off_at_s > stop.time_limit_s:
             return f"time limit of {stop.time_limit_s:.0f} s reached"

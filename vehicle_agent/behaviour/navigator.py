@@ -13,6 +13,7 @@ from vehicle_agent.domain.frames import FloatArray, Point
 from vehicle_agent.domain.paths import assumed_surface
 from vehicle_agent.domain.polygon import BoolArray, distance_to_border_m
 from vehicle_agent.mission.load import MissionPlan
+from vehicle_agent.mission.model import CoverTask
 from vehicle_agent.planning.constraints import Constraints, Reservation
 from vehicle_agent.planning.interface import (
     Decision,
@@ -96,6 +97,7 @@ class Navigator:
         self._allowed = allowed_cells(plan)
         self._area: BoolArray = plan.area_cells
         self._sector: BoolArray | None = None
+        self._covers = isinstance(plan.mission.task, CoverTask)
         self._has_asked = False
         self._surface: FloatArray = np.full(plan.grid.shape, np.nan)
         self._surface_version = -1
@@ -138,7 +140,7 @@ class Navigator:
         self._has_asked = True
         decision: Decision = Finished("nothing is to be seen")
         for area_cells in areas:
-            if (area_cells & ~around.team_map.observed).any():
+            if self._covers or (area_cells & ~around.team_map.observed).any():
                 decision = self._planner.ask(
                     Situation(
                         self._index,

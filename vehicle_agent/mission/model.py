@@ -132,7 +132,32 @@ class ExploreTask(_Table, frozen=True, kw_only=True, tag_field="kind", tag="expl
     step_m: Annotated[float, Meta(ge=1, le=1e6)] = 100.0
 
 
-Task = ExploreTask
+CoverPlannerName = Literal["stations", "cao"]
+
+
+class CoverTask(_Table, frozen=True, kw_only=True, tag_field="kind", tag="cover"):
+    """Find the places from which the team sees most of the area at once, and stay there.
+
+    Attributes
+    ----------
+    planner
+        Who decides where to go next.
+    step_m
+        Longest way between two decisions (alpha_0 in Renzaglia eq. 11).
+    hold_s
+        Vehicle time that the team stays on its places, once all have settled, before it returns; it returns at
+        `stop.time_limit_s` in any case.
+    explore_first
+        See `stop.observed_fraction` of the area before covering it.
+    """
+
+    planner: CoverPlannerName = "stations"
+    step_m: Annotated[float, Meta(ge=1, le=1e6)] = 100.0
+    hold_s: Annotated[float, Meta(ge=1, le=1e6)] = 30.0
+    explore_first: bool = False
+
+
+Task = ExploreTask | CoverTask
 
 
 class RangeSensor(_Table, frozen=True, kw_only=True, tag_field="kind", tag="range"):
@@ -281,7 +306,7 @@ class StopTable(_Table, frozen=True, kw_only=True):
     Attributes
     ----------
     observed_fraction
-        Share of the area's cells seen.
+        Share of the area's cells seen; a team that covers goes on after that.
     time_limit_s
         Vehicle time from the first take-off.
     battery_reserve

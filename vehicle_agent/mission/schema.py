@@ -53,7 +53,7 @@ def allowed_values(path: str) -> list[Any]:
         values += node.get("enum", [])
         if node.get("const") is not None:
             values.append(node["const"])
-    return values
+    return list(dict.fromkeys(values))
 
 
 def _alternatives(nodes: list[dict[str, Any]], definitions: dict[str, Any]) -> list[dict[str, Any]]:

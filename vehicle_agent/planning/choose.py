@@ -5,14 +5,47 @@ from __future__ import annotations
 import numpy as np
 
 from vehicle_agent.domain.grid import Grid
-from vehicle_agent.mission.model import PlannerName
+from vehicle_agent.mission.model import CoverTask, PlannerName, Task
 from vehicle_agent.planning.baselines.closest_frontier import ClosestFrontier
 from vehicle_agent.planning.baselines.greedy import Greedy
 from vehicle_agent.planning.cao import CaoParams
 from vehicle_agent.planning.claims import Claims
+from vehicle_agent.planning.coverage import CaoCoverage
 from vehicle_agent.planning.exploration import CaoExplorer, Fcao
+from vehicle_agent.planning.explore_then_cover import ExploreThenCover
 from vehicle_agent.planning.interface import Planner
+from vehicle_agent.planning.stations import Stations, StationsParams
 from vehicle_agent.planning.tour_explorer import TourExplorer
+
+
+def make_task_planner(
+    task: Task,
+    enough: float,
+    grid: Grid,
+    range_m: float,
+    home_en_m: tuple[float, float] | None,
+    rng: np.random.Generator,
+) -> Planner:
+    """Build the planner of a mission's task for one vehicle.
+
+    Parameters
+    ----------
+    enough
+        Share of the area to be seen where exploration comes before coverage.
+    grid, range_m, home_en_m, rng
+        As for `make_planner`.
+    """
+    if not isinstance(task, CoverTask):
+        return make_planner(task.planner, grid, range_m, task.step_m, home_en_m, rng)
+    coverer: Planner
+    match task.planner:
+        case "stations":
+            coverer = Stations(rng, StationsParams(hold=max(1, round(task.hold_s))))
+        case "cao":
+            coverer = CaoCoverage(CaoParams(task.step_m), rng, measures_itself=True)
+    if not task.explore_first:
+        return coverer
+    return ExploreThenCover(make_planner("tours", grid, range_m, task.step_m, home_en_m, rng), coverer, enough)
 
 
 def make_planner(

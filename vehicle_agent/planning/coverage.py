@@ -82,20 +82,38 @@ class StepSchedule:
 
 
 class CaoCoverage:
-    """CAO on the coverage objective J_C (eq. 1), to be told of it at every step."""
+    """CAO on the coverage objective J_C (eq. 1).
 
-    def __init__(self, params: CaoParams, rng: np.random.Generator, schedule: StepSchedule | None = None) -> None:
+    Parameters
+    ----------
+    measures_itself
+        Work J_C out from the team's map and the teammates' positions; else it is what `tell` says.
+    """
+
+    def __init__(
+        self,
+        params: CaoParams,
+        rng: np.random.Generator,
+        schedule: StepSchedule | None = None,
+        measures_itself: bool = False,
+    ) -> None:
         self._cao = Cao(params, rng)
         self._schedule = schedule or StepSchedule(params.step_m)
+        self._measures_itself = measures_itself
         self._decisions = 0
 
     def tell(self, observation: Observation) -> None:
-        self._cao.tell(observation.position_enu_m, observation.objective)
+        if not self._measures_itself:
+            self._cao.tell(observation.position_enu_m, observation.objective)
 
     def ask(self, situation: Situation) -> Decision:
         step_m = self._schedule.step_m(self._decisions)
         self._decisions += 1
         here = situation.position_enu_m
+        if self._measures_itself:
+            places = [(mate.position_enu_m, situation.range_m) for mate in situation.teammates]
+            known = situation.team_map
+            self._cao.tell(here, coverage_objective(known, situation.area_cells, here, situation.range_m, places))
         end = self._cao.ask(here, lambda ends: situation.constraints.admissible(here, ends), step_m)
         if end is None:
             return Wait("no admissible perturbation")

@@ -22,6 +22,13 @@ from vehicle_agent.planning.ground_estimate import GroundEstimate
 from vehicle_agent.planning.interface import Decision, Finished, Observation, Situation, Wait, Waypoint
 from vehicle_agent.planning.station_leg import leg_to_station
 
+NEAR = 0.05
+"""A vehicle within this share of a leg's reach is on its station."""
+RESTING = 6
+"""Decisions without any movement after which a teammate is taken to stay where it is, whatever it said."""
+LEAVING = 0.7
+"""Share of the time to hold after which a teammate that leaves has not failed but is done."""
+
 
 @dataclass(frozen=True, slots=True)
 class StationsParams:
@@ -47,6 +54,8 @@ class StationsParams:
         Cold decisions without gain after which a vehicle has settled.
     refresh
         Decisions between looks at a growing map.
+    hold
+        Decisions without any change in the team, beyond `patience`, after which the task is done.
     """
 
     local_scales: tuple[float, ...] = (0.03, 0.1, 0.3)
@@ -58,6 +67,7 @@ class StationsParams:
     dear_way: float = 0.0
     patience: int = 25
     refresh: int = 5
+    hold: int = 1
 
     def __post_init__(self) -> None:
         if self.per_scale < 0 or self.far < 0 or self.heated_decisions < 0 or self.patience < 1 or self.refresh < 1:
@@ -77,6 +87,8 @@ class Stations:
         self._station: FloatArray | None = None
         self._decisions = 0
         self._stale = 0
+        self._quiet = 0
+        self._rest: dict[int, tuple[Point, Point | None]] = {}
         self._known = -1
         self._team: tuple[int, ...] = ()
         self._views: dict[int, tuple[Point, BoolArray]] = {}
@@ -93,6 +105,26 @@ class Stations:
         self._decisions += 1
         return self._way(situation, self._station)
 
+    def _goes_home(self, team: tuple[int, ...]) -> bool:
+        """Whoever leaves when all have been quiet for nearly long enough has done its part: nobody need replace it."""
+        enough = LEAVING * (self._params.patience + self._params.hold)
+        return set(team) < set(self._team) and self._quiet >= enough
+
+    def _count_quiet(self, situation: Situation, station: FloatArray, near_m: float) -> None:
+        """Count decisions since anybody last moved or changed its mind, which all hear of at about the same time."""
+        places = {mate.index: (mate.position_enu_m, mate.goal_enu_m) for mate in situation.teammates}
+        places[situation.index] = (situation.position_enu_m, (station[0], station[1], station[2]))
+        same = all(
+            index in self._rest
+            and self._rest[index][1] == goal
+            and math.dist(self._rest[index][0], position) <= 2.0 * near_m
+            for index, (position, goal) in places.items()
+        )
+        if same:
+            self._quiet += 1
+        else:
+            self._quiet, self._rest = 0, places
+
     @property
     def _cold(self) -> bool:
         return self._decisions >= self._params.heated_decisions
@@ -105,10 +137,11 @@ class Stations:
             self._coarse = GroundEstimate(grid, situation.area_cells, block)
         team = tuple(mate.index for mate in situation.teammates)
         if team != self._team:  # somebody died or joined: room to leave the present places again
-            if self._team:
+            if self._team and not self._goes_home(team):
                 self._decisions = min(self._decisions, params.heated_decisions // 2)
                 self._views.clear()
-            self._team, self._stale = team, 0
+                self._stale = 0
+            self._team = team
         estimate = self._coarse
         if self._cold:
             if self._fine is None:
@@ -149,8 +182,7 @@ class Stations:
 
     def _seen_by_teammates(self, situation: Situation, estimate: GroundEstimate) -> BoolArray:
         seen = np.zeros(estimate.grid.shape, dtype=np.bool_)
-        for mate in situation.teammates:
-            place = mate.goal_enu_m or mate.position_enu_m
+        for mate, place in zip(situation.teammates, self._places(situation), strict=True):
             known = self._views.get(mate.index)
             if known is None or known[0] != place or known[1].shape != seen.shape:
                 view: BoolArray = np.zeros(estimate.grid.shape, dtype=np.bool_)
@@ -159,6 +191,17 @@ class Stations:
                 known = self._views[mate.index] = (place, view)
             seen |= known[1]
         return seen
+
+    def _places(self, situation: Situation) -> list[Point]:
+        """Where each teammate will stay: its station, or where it rests if word of a new one was lost."""
+        rests = self._quiet >= RESTING
+        near_m = 2.0 * NEAR * situation.constraints.reach_m
+        return [
+            mate.position_enu_m
+            if mate.goal_enu_m is None or (rests and math.dist(mate.position_enu_m, mate.goal_enu_m) > near_m)
+            else mate.goal_enu_m
+            for mate in situation.teammates
+        ]
 
     def _proposals(
         self, situation: Situation, estimate: GroundEstimate, station: FloatArray, wanted: FloatArray
@@ -196,7 +239,7 @@ class Stations:
         keep = lowest_m <= limits.ceiling_m
         places[:, 2] = np.minimum(places[:, 2], limits.ceiling_m)
         if situation.teammates:
-            theirs = np.array([mate.goal_enu_m or mate.position_enu_m for mate in situation.teammates])
+            theirs = np.array(self._places(situation))
             apart_m = np.linalg.norm(places[:, None, :] - theirs[None, :, :], axis=2)
             keep &= (apart_m >= 1.05 * limits.separation_m).all(axis=1)
         keep[0] = True
@@ -206,11 +249,13 @@ class Stations:
         here = situation.position_enu_m
         there = (float(station[0]), float(station[1]), float(station[2]))
         away_m = math.dist(here, there)
-        near_m = 0.02 * situation.constraints.reach_m
+        near_m = NEAR * situation.constraints.reach_m
+        self._count_quiet(situation, station, near_m)
         if away_m <= near_m:
-            if self._cold and self._stale >= self._params.patience:
-                return Finished("settled: no place is known that would show the team more")
-            return Waypoint(here, "on its station", there, away_m)
+            if self._cold and self._quiet >= self._params.patience + self._params.hold:
+                return Finished("covered: nobody knows a place from where the team would see more")
+            looking = not self._cold or self._stale < self._params.patience
+            return Wait("on its station, looking for a better one" if looking else "on its station")
         end = leg_to_station(here, there, situation.constraints)
         if end is None:
             return Wait("the way to its station is taken")
