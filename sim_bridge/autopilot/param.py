@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import struct
+import zlib
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
 LISTED_PER_TICK = 60
 BY_NAME_INDEX = 65535
 """ArduPilot's index in answers to a read or set by name."""
+HASH_NAME = "_HASH_CHECK"
 
 
 class ParameterService(Service):
@@ -66,8 +68,22 @@ class ParameterService(Service):
         if message.param_index >= 0:
             if message.param_index < len(table):
                 self.node.send(client, self._value(message.param_index, message.param_index))
+        elif message.param_id == HASH_NAME and self._bytewise:
+            self.node.send(client, self._hash())
         elif message.param_id in table:
             self.node.send(client, self._value(table.index_of(message.param_id), BY_NAME_INDEX))
+
+    def _hash(self) -> Message:
+        """PX4's checksum of all parameters, by which a client knows whether those it has kept are still right."""
+        table, checksum = self.node.vehicle.parameters, 0
+        for name in table:
+            row, value = table.at(table.index_of(name))
+            number = struct.pack("<f", value) if row.kind is ParameterType.REAL32 else struct.pack("<i", int(value))
+            checksum = zlib.crc32(name.encode("ascii") + number, checksum)
+        as_float = struct.unpack("<f", struct.pack("<I", checksum))[0]
+        return mavlink.MAVLink_param_value_message(
+            HASH_NAME.encode("ascii"), as_float, mavlink.MAV_PARAM_TYPE_UINT32, len(table), BY_NAME_INDEX
+        )
 
     def _on_set(self, client: Client, message: Message) -> None:
         vehicle, name = self.node.vehicle, message.param_id

@@ -254,3 +254,46 @@ def test_an_armed_copter_on_the_ground_needs_a_takeoff_first(flight: Flight) -> 
     assert result(flight.asker.command(176, 1, AUTO), 176) == 4
     flight.wait(0.1)
     assert "Auto: Missing Takeoff Cmd" in [m.text for m in flight.asker.heard() if m.get_type() == "STATUSTEXT"]
+
+
+def team(kind: str) -> dict[str, Any]:
+    vehicle = {
+        "name": "one",
+        "type": kind,
+        "start_enu_m": [200.0, 200.0],
+        "speed_m_s": 4.0,
+        "sensor": {"kind": "range", "range_m": 100.0},
+        "min_above_terrain_m": 2.0,
+        "max_above_terrain_m": 100.0,
+    }
+    return {"team": [vehicle], "terrain": {"kind": "flat", "elevation_amsl_m": 240.0}}
+
+
+def test_a_boat_sails_its_mission_and_returns() -> None:
+    flight = Flight(**team("surface-vessel"))
+    flight.load(
+        flight.item(22, up=20.0),
+        flight.item(16, at=(240.0, 200.0), up=20.0),
+        flight.item(178, 1.0, 2.0),
+        flight.item(16, at=(240.0, 240.0), up=20.0),
+        flight.item(20),
+    )
+    flight.arm()
+    flight.start()
+    flight.wait_until(lambda: flight.vehicle.auto_flight.complete, 400.0)
+    assert flight.reached() == [1, 2, 3, 4, 5]
+    east, north, up = flight.vehicle.true_position_enu_m
+    assert math.hypot(east - 200.0, north - 200.0) < 5.0
+    assert up == pytest.approx(0.0, abs=0.5)
+
+
+def test_an_underwater_vehicle_dives_where_its_mission_says() -> None:
+    flight = Flight(**team("underwater-vehicle"))
+    flight.load(flight.item(16, at=(215.0, 200.0), up=-12.0), flight.item(19, 5.0, up=-12.0), flight.item(16, up=-3.0))
+    flight.arm()
+    flight.start()
+    flight.wait_until(lambda: flight.vehicle.auto_flight.current == 2, 300.0)
+    assert flight.vehicle.pilot.position_enu_m[2] == pytest.approx(-12.0, abs=2.5)
+    flight.wait_until(lambda: flight.vehicle.auto_flight.complete, 300.0)
+    assert flight.vehicle.pilot.position_enu_m[2] == pytest.approx(-3.0, abs=2.5)
+    assert flight.vehicle.armed
