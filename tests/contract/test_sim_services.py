@@ -290,3 +290,21 @@ def test_the_fence_is_told_once_it_is_on(bench: Bench) -> None:
     assert result(bench.asker.command(207, 0), 207) == ACCEPTED
     assert kinds(bench.asker.command(512, 162)) == ["COMMAND_ACK"]
     assert result(bench.asker.command(207, 9), 207) == DENIED
+
+
+def test_px4_tells_a_checksum_that_changes_with_the_parameters() -> None:
+    vehicle = {
+        "name": "gull", "autopilot": "px4", "start_enu_m": [200.0, 200.0], "speed_m_s": 5.0,
+        "sensor": {"kind": "range", "range_m": 100.0}, "min_above_terrain_m": 5.0, "max_above_terrain_m": 100.0,
+    }  # fmt: skip
+    bench = Bench(team=[vehicle])
+    request = mavlink.MAVLink_param_request_read_message(1, 1, b"_HASH_CHECK", -1)
+    (before,) = bench.asker.ask(request)
+    assert (before.param_id, before.param_type, before.param_index) == ("_HASH_CHECK", 5, 65535)
+    assert bench.asker.ask(request)[0].param_value == before.param_value
+    bench.asker.ask(mavlink.MAVLink_param_set_message(1, 1, b"MIS_TAKEOFF_ALT", 7.25, 9))
+    assert bench.asker.ask(request)[0].param_value != before.param_value
+
+
+def test_ardupilot_has_no_checksum(bench: Bench) -> None:
+    assert bench.asker.ask(mavlink.MAVLink_param_request_read_message(1, 1, b"_HASH_CHECK", -1)) == []
