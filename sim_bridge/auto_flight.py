@@ -282,7 +282,7 @@ class AutoFlight:
     def _circle(self, item: PlanItem) -> Callable[[float], bool]:
         """Fly to an item, then round it: turns in parameter 1, radius in parameter 3 (negative: to the left)."""
         vehicle, centre = self._vehicle, self._place(item)
-        radius_m = item.parameters[2] or vehicle.pilot.settings.arrival_radius_m
+        radius_m = item.parameters[2] or vehicle.parameters.get("CIRCLE_RADIUS", 1_000.0) / 100.0
         turns, sense = abs(item.parameters[0]), math.copysign(1.0, radius_m)
         radius_m = abs(radius_m)
         east_m, north_m, _ = vehicle.pilot.position_enu_m
@@ -338,7 +338,7 @@ class AutoFlight:
 
     def _return_home(self) -> Callable[[float], bool]:
         vehicle = self._vehicle
-        home = vehicle.home_enu_m or vehicle.pilot.position_enu_m
+        home = vehicle.return_place_enu_m()
         if not self._flies:
             target = (home[0], home[1], vehicle.pilot.position_enu_m[2])
             vehicle.pilot.fly_to(target)

@@ -5,6 +5,7 @@ Numbers are MAVLink's: `MissionCommand` is MAV_CMD, frames are MAV_FRAME, latitu
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from enum import IntEnum
 
@@ -154,6 +155,13 @@ class FlightPlan:
         elif item.frame == FRAME_ABOVE_TERRAIN:
             up_m = ground_up_m + item.z
         return (east_m, north_m, up_m)
+
+    def return_place_enu_m(self, here_enu_m: Point, home_enu_m: Point, home_counts: bool) -> Point:
+        """Where to return to: the nearest rally point, or home if that is nearer and counts; height as home's."""
+        places = [(*self.place_en_m(item), home_enu_m[2]) for item in self.rally]
+        if home_counts or not places:
+            places.append(home_enu_m)
+        return min(places, key=lambda place: math.hypot(place[0] - here_enu_m[0], place[1] - here_enu_m[1]))
 
     def place_en_m(self, item: PlanItem) -> tuple[float, float]:
         """Where an item is on the map."""

@@ -229,6 +229,12 @@ class Vehicle:
         """Horizontal distance to the ground around it, clockwise from its nose; `farthest_m` where nothing is."""
         return self._bodies.distances_around_m(self.index, sectors, farthest_m)
 
+    def return_place_enu_m(self) -> Point:
+        """Where it returns to from here: home, or a rally point that is nearer."""
+        here = self.pilot.position_enu_m
+        home_counts = self.parameters.get("RALLY_INCL_HOME", 1.0) == 1.0
+        return self.flight_plan.return_place_enu_m(here, self.home_enu_m or here, home_counts)
+
     def fence_breach(self) -> str | None:
         """Name of the part of its own fence that it breaches; None while it keeps it, or has none."""
         settings = self.settings.fence

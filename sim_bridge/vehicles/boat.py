@@ -44,7 +44,7 @@ class Boat(Vehicle):
     def _begin(self, behaviour: Behaviour) -> None:
         if behaviour is Behaviour.RETURN and self.home_enu_m is not None:
             self.pilot.refresh_limits(self.settings.return_speed_m_s)
-            self.pilot.fly_to(self._within_reach(self.home_enu_m))
+            self.pilot.fly_to(self._within_reach(self.return_place_enu_m()))
         elif behaviour in (Behaviour.PILOTED, Behaviour.BRAKE, Behaviour.GUIDED):
             # The motors idle: the current may carry it off, as it does with ArduRover in HOLD.
             self.pilot.rest()

@@ -55,7 +55,7 @@ class Copter(Vehicle):
 
     def _begin(self, behaviour: Behaviour) -> None:
         if behaviour is Behaviour.RETURN and self.home_enu_m is not None:
-            self._return = ReturnFlight(self.pilot, self.home_enu_m)
+            self._return = ReturnFlight(self.pilot, self.return_place_enu_m())
         elif behaviour is Behaviour.LAND:
             self.pilot.begin_landing()
         else:

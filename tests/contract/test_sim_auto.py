@@ -297,3 +297,13 @@ def test_an_underwater_vehicle_dives_where_its_mission_says() -> None:
     flight.wait_until(lambda: flight.vehicle.auto_flight.complete, 300.0)
     assert flight.vehicle.pilot.position_enu_m[2] == pytest.approx(-3.0, abs=2.5)
     assert flight.vehicle.armed
+
+
+def test_it_returns_to_a_rally_point_that_is_nearer_than_home(flight: Flight) -> None:
+    flight.load(flight.item(22, up=20.0), flight.item(16, at=(500.0, 200.0), up=20.0), flight.item(20))
+    flight.vehicle.flight_plan.rally = (flight.item(5100, at=(480.0, 220.0), up=20.0),)
+    flight.arm()
+    flight.start()
+    flight.wait_until(lambda: flight.vehicle.auto_flight.current == 3)
+    flight.wait_until(lambda: not flight.vehicle.armed)
+    assert flight.vehicle.snapshot.position_enu_m == pytest.approx((480.0, 220.0, 50.0), abs=2.5)
