@@ -104,6 +104,18 @@ def coverage(
 
 
 @bench.command()
+@click.option("--environments", type=click.IntRange(1, 1000), default=10, show_default=True, help="Random towns.")
+@click.option("--vehicles", type=_TeamSizes(), default="3,5", show_default=True, help="Team sizes.")
+@SEED
+@JSON
+def urban(environments: int, vehicles: tuple[int, ...], seed: int, json_file: Path | None) -> None:
+    """Explore random towns, between and around their buildings; tell how long teams take to see all surface."""
+    from missions.bench.urban import bench_urban
+
+    sys.exit(bench_urban(environments, vehicles, seed, json_file))
+
+
+@bench.command()
 @SEED
 @click.option("--frames", type=click.IntRange(1_000), default=5_000_000, show_default=True, help="How many.")
 @JSON
