@@ -222,7 +222,7 @@ def _flight_findings(vehicle: VehiclePicture, status: Status, plan: MissionPlan)
     evidence = vehicle.evidence
     found = []
     at_rest_s = (status.stamp_ms - evidence.rest_since_ms) / 1_000
-    if status.stage in (Stage.WORKING, Stage.RETURNING) and at_rest_s > STUCK_S:
+    if at_rest_s > STUCK_S:
         found.append(_finding(Kind.STUCK, f"has not got on for {age(at_rest_s)}: {status.why}"))
     astray_s = (status.stamp_ms - evidence.astray_since_ms) / 1_000
     if evidence.astray_since_ms and astray_s > ASTRAY_S and status.stage is not Stage.TAKING_OFF:

@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from vehicle_agent.wire.messages import PositionCm, Status
+from vehicle_agent.wire.messages import PositionCm, Stage, Status
 
 MOVED_M = 3.0
+GETTING_ON = (Stage.WORKING, Stage.RETURNING)
 RIVALS_KEPT = 4
 
 
@@ -18,7 +19,7 @@ class Evidence:
     Attributes
     ----------
     rest_cm, rest_since_ms
-        Where it was when it last moved on, or last saw new ground, and when.
+        Where it was when it last moved on, last saw new ground, or was last told to rest, and when.
     first_seen_cells
         As of then.
     leg_start_cm, leg_end_cm
@@ -58,7 +59,9 @@ class Evidence:
         """
         fresh = self
         moved_m = math.dist(self.rest_cm[:2], status.position_cm[:2]) / 100
-        if not self.rest_since_ms or moved_m > MOVED_M or status.first_seen_cells != self.first_seen_cells:
+        waits = status.stage not in GETTING_ON  # rests because it was told to
+        news = moved_m > MOVED_M or status.first_seen_cells != self.first_seen_cells
+        if not self.rest_since_ms or news or waits:
             fresh = replace(
                 fresh,
                 rest_cm=status.position_cm,

@@ -20,6 +20,7 @@ from ground_station.conditions import astray_limit_m
 from ground_station.inputs import Acknowledged, AliveChanged, CommandSent, FleetInput, Heard, LinkCounted, Muted, Tick
 from ground_station.ledger import SequenceRanges
 from ground_station.liveliness import next_condition, transition_text
+from ground_station.payload import verb_word
 from ground_station.picture import (
     COMMAND_TIMEOUT_S,
     Answer,
@@ -177,7 +178,7 @@ class _Draft:
     def _overhear(self, command: Command) -> None:
         """Note what another station orders."""
         if command.sender != self._state.station and self._is_new(command):
-            verb = command.verb.name.lower()
+            verb = verb_word(command.verb)
             text = f"{verb} sent to {', '.join(command.targets)}"
             self._write(command.sender, Severity.NOTICE, f"{verb}-sent", text, command.stamp_ms)
 
@@ -278,8 +279,8 @@ class _Draft:
         self._write(
             result.sender,
             Severity.NOTICE if result.outcome is Outcome.ACCEPTED else Severity.WARNING,
-            f"{result.verb.name.lower()}-{word}",
-            f"{result.verb.name.lower()} {word}{': ' if text else ''}{text}{asked_by}",
+            f"{verb_word(result.verb)}-{word}",
+            f"{verb_word(result.verb)} {word}{': ' if text else ''}{text}{asked_by}",
             result.stamp_ms,
         )
         for at, track in enumerate(self._commands):
@@ -296,7 +297,7 @@ class _Draft:
 
     def _sent(self, event: CommandSent) -> None:
         self._commands.append(CommandTrack(event.command, event.sent_s))
-        verb = event.command.verb.name.lower()
+        verb = verb_word(event.command.verb)
         self._write(
             self._state.station, Severity.NOTICE, f"{verb}-sent", f"{verb} sent to {', '.join(event.command.targets)}"
         )
@@ -326,7 +327,7 @@ class _Draft:
                 continue
             silent = frozenset(track.command.targets) - track.answers.keys() - track.timed_out
             for name in sorted(silent):
-                verb = track.command.verb.name.lower()
+                verb = verb_word(track.command.verb)
                 text = f"{verb} not answered within {COMMAND_TIMEOUT_S:.0f} s"
                 self._write(name, Severity.WARNING, f"{verb}-timed-out", text)
             self._commands[at] = replace(track, timed_out=track.timed_out | silent)

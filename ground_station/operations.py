@@ -91,7 +91,7 @@ class Operations(App[None]):
 
         def use(verb: Verb, number: int = 0) -> None:
             self._dashboard.look_differently(replace(self._dashboard.window, drawn_en_m=()))
-            self.ask(verb, polygon(corners, number))
+            self.ask(verb, polygon(corners, number), self._dashboard.selected if verb is Verb.SECTOR else "")
 
         number = max(self.station.state.zones, default=0) + 1
         self._choose(

@@ -30,7 +30,7 @@ MEANING: dict[Verb, tuple[str, str]] = {
     Verb.LAND: ("Land", "land where they are"),
     Verb.GO_TO: ("Send", "fly to the cursor and hold there"),
     Verb.VISIT: ("Visit", "fly to the cursor, then go on with the mission"),
-    Verb.NO_FLY: ("No-fly zone", "keep out of the polygon from now on"),
+    Verb.NO_FLY: ("No-fly zone", "keep out of it from now on"),
     Verb.AREA: ("Area", "only what lies in the polygon is to be seen"),
     Verb.SECTOR: ("Sector", "see what lies in the polygon first"),
     Verb.SPEED: ("Speed", "fly no faster than this"),
@@ -38,6 +38,11 @@ MEANING: dict[Verb, tuple[str, str]] = {
 }
 DESTRUCTIVE = frozenset({Verb.HOLD, Verb.RETURN, Verb.LAND, Verb.AREA, Verb.NO_FLY})
 """What breaks off work that is under way."""
+
+
+def verb_word(verb: Verb) -> str:
+    """A verb as one word for logs, e.g. `no-fly`."""
+    return verb.name.lower().replace("_", "-")
 
 
 def described(verb: Verb, payload: Payload) -> tuple[str, str]:

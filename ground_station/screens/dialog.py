@@ -24,14 +24,16 @@ class Dialog(ModalScreen[None]):
         self.state = state
 
     def compose(self) -> ComposeResult:
-        with Vertical(id="box"):
-            yield Lines(id="content")
-
-    def on_mount(self) -> None:
-        box = self.query_one("#box")
+        """The box at its right size from the first frame on: a key is answered by one drawing, not by three."""
+        width, room = self._room()
+        content = list(self.content(width, room))[:room]
+        lines = Lines(id="content")
+        lines.preset(content, width)
+        lines.styles.height = len(content)
+        box = Vertical(lines, id="box")
         box.set_class(not self.look.unicode, "ascii")
         box.styles.width = min(self.WIDTH, self.app.size.width)
-        self.show(self.state)
+        yield box
 
     def on_resize(self) -> None:
         self.query_one("#box").styles.width = min(self.WIDTH, self.app.size.width)
@@ -43,15 +45,22 @@ class Dialog(ModalScreen[None]):
         self.redraw()
 
     def redraw(self) -> None:
+        if not self.query("#content"):
+            return
         lines = self.query_one("#content", Lines)
-        room = max(4, self.app.size.height - 4)
-        content = self.content(max(20, min(self.WIDTH, self.app.size.width) - 4), room)
+        width, room = self._room()
+        content = self.content(width, room)
         height = min(len(content), room)
         if lines.styles.height is None or lines.styles.height.value != height:
             lines.styles.height = height
             self.call_after_refresh(self.redraw)
             return
         lines.show(content)
+
+    def _room(self) -> tuple[int, int]:
+        """Columns and lines for the content on this terminal."""
+        size = self.app.size
+        return max(20, min(self.WIDTH, size.width) - 4), max(4, size.height - 4)
 
     def content(self, width: int, height: int) -> Sequence[Line]:
         """The dialog's lines; at most `height` of them are seen."""

@@ -26,6 +26,10 @@ class Lines(Widget):
         super().__init__(id=id, classes=classes)
         self._lines: list[Line] = []
 
+    def preset(self, lines: Sequence[Line], width: int) -> None:
+        """Take lines before there is a size, so that the first frame shows them."""
+        self._lines = [fitted(line, width) for line in lines]
+
     def show(self, lines: Sequence[Line]) -> None:
         """Draw these lines; what is equal to before is not sent to the terminal again."""
         width, height = self.size

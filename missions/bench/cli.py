@@ -125,3 +125,15 @@ def robustness(seed: int, frames: int, json_file: Path | None) -> None:
     from missions.bench.robustness import bench_robustness
 
     sys.exit(bench_robustness(three_vehicles(), frames, seed, json_file))
+
+
+@bench.command()
+@click.option("--seconds", type=click.FloatRange(2.0, 600.0), default=20.0, show_default=True, help="Per case.")
+@click.option("--keys", type=click.IntRange(1, 1000), default=40, show_default=True, help="Key presses per case.")
+@click.option("--hours", type=click.IntRange(0, 24), default=8, show_default=True, help="Of a simulated mission.")
+@JSON
+def dashboard(seconds: float, keys: int, hours: int, json_file: Path | None) -> None:
+    """Tell what the dashboard sends to a terminal, costs in CPU time and memory, and how soon it answers a key."""
+    from missions.bench.dashboard import bench_dashboard
+
+    sys.exit(bench_dashboard(seconds, keys, hours, json_file))
