@@ -1,7 +1,7 @@
 """Orders to a running simulator, for drills: one line of text in, one line out, on a TCP port of its own.
 
-The port is the one below the first MAVLink port. A line `VEHICLE FAULT on` or `VEHICLE FAULT off` is answered with `ok`,
-or with a sentence that says what is wrong.
+The port is the one below the first MAVLink port. A line `VEHICLE FAULT on` or `VEHICLE FAULT off` is answered with
+`ok`, or with a sentence that says what is wrong.
 """
 
 from __future__ import annotations

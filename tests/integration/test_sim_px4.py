@@ -1,4 +1,4 @@
-"""MAVSDK flies a simulated PX4 over real sockets: packed modes, bytewise parameters, take-off by parameter, offboard."""
+"""MAVSDK flies a simulated PX4 over real sockets: packed modes, bytewise parameters, take-off height, offboard."""
 
 from __future__ import annotations
 
