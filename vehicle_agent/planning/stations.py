@@ -26,8 +26,10 @@ NEAR = 0.05
 """A vehicle within this share of a leg's reach is on its station."""
 RESTING = 6
 """Decisions without any movement after which a teammate is taken to stay where it is, whatever it said."""
+STUCK = 25
+"""Decisions without coming any nearer to its station after which a vehicle lets it go."""
 LEAVING = 0.7
-"""Share of the time to hold after which a teammate that leaves has not failed but is done."""
+"""Share of the quiet time before the end after which a teammate that leaves has not failed but is done."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,6 +90,8 @@ class Stations:
         self._decisions = 0
         self._stale = 0
         self._quiet = 0
+        self._stuck = 0
+        self._refused: list[FloatArray] = []
         self._rest: dict[int, tuple[Point, Point | None]] = {}
         self._known = -1
         self._team: tuple[int, ...] = ()
@@ -105,22 +109,25 @@ class Stations:
         self._decisions += 1
         return self._way(situation, self._station)
 
-    def _goes_home(self, team: tuple[int, ...]) -> bool:
-        """Whoever leaves when all have been quiet for nearly long enough has done its part: nobody need replace it."""
-        enough = LEAVING * (self._params.patience + self._params.hold)
-        return set(team) < set(self._team) and self._quiet >= enough
+    @property
+    def _ends(self) -> bool:
+        """All have been quiet for nearly long enough: whoever moves now goes home, and nobody need replace it."""
+        return self._quiet >= LEAVING * (self._params.patience + self._params.hold)
 
     def _count_quiet(self, situation: Situation, station: FloatArray, near_m: float) -> None:
         """Count decisions since anybody last moved or changed its mind, which all hear of at about the same time."""
         places = {mate.index: (mate.position_enu_m, mate.goal_enu_m) for mate in situation.teammates}
         places[situation.index] = (situation.position_enu_m, (station[0], station[1], station[2]))
+        was = self._rest.get(situation.index)
+        moved = was is None or math.dist(was[0], situation.position_enu_m) > near_m
+        self._stuck = 0 if moved else self._stuck + 1
         same = all(
             index in self._rest
             and self._rest[index][1] == goal
             and math.dist(self._rest[index][0], position) <= 2.0 * near_m
             for index, (position, goal) in places.items()
         )
-        if same:
+        if same or self._ends:
             self._quiet += 1
         else:
             self._quiet, self._rest = 0, places
@@ -137,7 +144,7 @@ class Stations:
             self._coarse = GroundEstimate(grid, situation.area_cells, block)
         team = tuple(mate.index for mate in situation.teammates)
         if team != self._team:  # somebody died or joined: room to leave the present places again
-            if self._team and not self._goes_home(team):
+            if self._team and not self._ends:
                 self._decisions = min(self._decisions, params.heated_decisions // 2)
                 self._views.clear()
                 self._stale = 0
@@ -242,6 +249,8 @@ class Stations:
             theirs = np.array(self._places(situation))
             apart_m = np.linalg.norm(places[:, None, :] - theirs[None, :, :], axis=2)
             keep &= (apart_m >= 1.05 * limits.separation_m).all(axis=1)
+        for refused in self._refused:
+            keep &= np.linalg.norm(places - refused, axis=1) > 2.0 * NEAR * limits.reach_m
         keep[0] = True
         return places[keep]
 
@@ -251,9 +260,14 @@ class Stations:
         away_m = math.dist(here, there)
         near_m = NEAR * situation.constraints.reach_m
         self._count_quiet(situation, station, near_m)
+        if self._cold and self._quiet >= self._params.patience + self._params.hold:
+            return Finished("covered: nobody knows a place from where the team would see more")
+        if away_m > near_m and self._stuck >= STUCK:
+            self._refused.append(station)
+            self._station, self._stuck, self._stale = np.array(here), 0, 0
+            return Wait("its station cannot be reached: looking for another from here")
         if away_m <= near_m:
-            if self._cold and self._quiet >= self._params.patience + self._params.hold:
-                return Finished("covered: nobody knows a place from where the team would see more")
+            self._stuck = 0
             looking = not self._cold or self._stale < self._params.patience
             return Wait("on its station, looking for a better one" if looking else "on its station")
         end = leg_to_station(here, there, situation.constraints)
