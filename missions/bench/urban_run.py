@@ -85,6 +85,7 @@ class UrbanExploration:
         self._ceiling = grid.voxel_of((grid.west_m, grid.south_m, params.ceiling_m))[2]
         self._flyers = [_Flyer(start, VoxelExplorer(index, fan)) for index, start in enumerate(starts)]
         self._now_s = 0
+        self._reconsidered_at = -1
 
     def run(self) -> UrbanRun:
         shares: list[float] = []
@@ -100,7 +101,7 @@ class UrbanExploration:
             self._now_s += 1
             for index in range(len(self._flyers)):
                 self._move(index, picture)
-            if all(flyer.idle for flyer in self._flyers):
+            if all(flyer.idle for flyer in self._flyers) and not self._reconsider(picture):
                 break
         positions = np.array(track)
         finished = self._now_s if shares[-1] >= 1.0 else None
@@ -110,6 +111,17 @@ class UrbanExploration:
     def missing(self) -> IndexArray:
         """(N, 3) voxels of the observable surface that nobody observed."""
         return np.argwhere(self._truth.surface & (self._map.states() != OCCUPIED))
+
+    def _reconsider(self, picture: VoxelPicture) -> bool:
+        """Once all are idle, let all try again what they gave up, perhaps for a teammate in the way; once per map."""
+        known = int(np.count_nonzero(picture.states))
+        if known == self._reconsidered_at:
+            return False
+        self._reconsidered_at = known
+        for flyer in self._flyers:
+            flyer.explorer.reconsider()
+            flyer.idle = False
+        return True
 
     def _share(self, picture: VoxelPicture) -> float:
         seen = (picture.states == OCCUPIED) & self._truth.surface
@@ -171,11 +183,16 @@ class UrbanExploration:
     def _without_others(self, index: int, picture: VoxelPicture) -> VoxelPicture:
         """The picture with the space around teammates impassable."""
         passable = picture.passable.copy()
-        keep = int(np.ceil(self._params.separation_m / self._grid.voxel_m)) + 1
+        keep = self._params.separation_m / self._grid.voxel_m + 1.0
+        reach = int(np.ceil(keep))
         for other, mate in enumerate(self._flyers):
-            if other != index:
-                low = [max(0, place - keep) for place in mate.voxel]
-                passable[tuple(slice(a, place + keep + 1) for a, place in zip(low, mate.voxel, strict=True))] = False
+            if other == index:
+                continue
+            low = [max(0, place - reach) for place in mate.voxel]
+            box = tuple(slice(first, place + reach + 1) for first, place in zip(low, mate.voxel, strict=True))
+            around = np.indices(passable[box].shape)
+            away = [around[axis] + low[axis] - mate.voxel[axis] for axis in range(3)]
+            passable[box] &= away[0] ** 2 + away[1] ** 2 + away[2] ** 2 >= keep**2
         return VoxelPicture(picture.states, passable, picture.frontier, picture.ceiling)
 
 

@@ -156,6 +156,10 @@ class VoxelExplorer:
         """Whether anything that the present route was chosen for is still unknown."""
         return bool((picture.states.ravel()[self._expected] == UNKNOWN).any())
 
+    def reconsider(self) -> None:
+        """Try again what was given up."""
+        self._given_up.clear()
+
     def ask(self, picture: VoxelPicture, voxel: Voxel, teammates: list[VoxelTeammate]) -> VoxelRoute | None:
         """Choose a route from here; None when nothing unknown can be seen from anywhere within reach.
 
