@@ -125,7 +125,9 @@ def _spread(surface: _Surface, vehicles: int, rng: np.random.Generator) -> Float
     columns, rows = (
         ((places[:, axis] - lows[axis]) / grid.cell_m).astype(np.int64).clip(0, grid.shape[axis] - 1) for axis in (0, 1)
     )
-    places[:, 2] = surface.full_m[columns, rows] + rng.uniform(surface.team.min_above_m, 12.0, vehicles)
+    lowest_m = surface.team.min_above_m
+    above_m = rng.uniform(lowest_m, max(lowest_m, 0.5 * surface.team.range_m), vehicles)
+    places[:, 2] = surface.full_m[columns, rows] + above_m
     return places
 
 

@@ -1,0 +1,59 @@
+"""Coverage missions in lock-step: the team finds places, holds them, replaces who is lost, and comes home together."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import missions
+from missions.bench.coverage_run import CoverageTeam
+from missions.bench.informed import AscentParams, informed_optimum
+from missions.lockstep import LockstepResult
+from tests.fakes.hill_missions import hill_plan
+
+STOP = {"observed_fraction": 0.95, "time_limit_s": 900.0}
+RADIO = {"loss": 0.1, "delay_s": 0.05}
+TEAM = CoverageTeam(range_m=120.0, step_m=40.0, min_above_m=30.0, ceiling_m=400.0, separation_m=20.0)
+
+
+def fly(seed: int, **task: Any) -> LockstepResult:
+    cover = {"kind": "cover", "step_m": 40.0, "hold_s": 15.0, **task}
+    return missions.simulate(hill_plan(seed, vehicles=4, task=cover, stop=STOP, radio=RADIO))
+
+
+def assert_safe(result: LockstepResult) -> None:
+    assert result.fence_breaches == 0
+    assert result.min_separation_m >= 5.0
+    assert not any(result.crashed)
+    assert all(result.finished)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_team_finds_places_as_good_as_an_informed_optimisers_and_ends_together(seed: int) -> None:
+    result = fly(seed)
+    assert_safe(result)
+    search = AscentParams(starts=4, kept=1, scales_m=(3.0, 8.0, 20.0, 40.0))
+    best, _ = informed_optimum(result.plan.grid, result.true_elevation_m, TEAM, 4, np.random.default_rng(seed), search)
+    assert result.covered_fraction >= 0.93 * best
+    left_s = [time_s for time_s, _, code, _ in result.events if code == "returning"]
+    assert len(left_s) == 4
+    assert max(left_s) - min(left_s) < 30.0
+    assert result.summary()["covered_fraction"] == result.covered_fraction
+
+
+def test_a_team_explores_first_and_then_covers_what_it_found() -> None:
+    result = fly(3, explore_first=True)
+    assert_safe(result)
+    assert result.observed_fraction >= 0.95
+    assert result.covered_fraction >= 0.3
+
+
+def test_faithful_cao_flies_until_its_time_is_over() -> None:
+    cover = {"kind": "cover", "planner": "cao", "step_m": 20.0}
+    stop = {"observed_fraction": 0.5, "time_limit_s": 120.0}
+    result = missions.simulate(hill_plan(1, vehicles=3, task=cover, stop=stop))
+    assert_safe(result)
+    assert any("time limit" in text for _, _, code, text in result.events if code == "returning")
+    assert result.covered_fraction > 0.1
