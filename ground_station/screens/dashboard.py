@@ -44,6 +44,8 @@ class Dashboard(Screen[None]):
         Name of the vehicle that was chosen; empty for none.
     shown
         Which events are listed.
+    frame
+        Counts the drawings.
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -78,6 +80,7 @@ class Dashboard(Screen[None]):
         self.window = MapWindow()
         self.selected = ""
         self.shown = EVERYTHING
+        self.frame = 0
         self._look = look
         self._remark = remark
         self._state: FleetState | None = None
@@ -260,6 +263,7 @@ class Dashboard(Screen[None]):
         if self._place(arrange(state.plan.grid, len(state.vehicles), width, height)):
             self.call_after_refresh(self.redraw)
             return
+        self.frame += 1
         look = self._look
         self._lines("header").show([header_line(state, width, look)])
         self._lines("banner").show([self._remark() or banner_line(state, self._notice, look)])

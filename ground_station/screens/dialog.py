@@ -6,7 +6,9 @@ from collections.abc import Sequence
 
 from textual.app import ComposeResult
 from textual.containers import Vertical
+from textual.geometry import Size
 from textual.screen import ModalScreen
+from textual.strip import Strip
 
 from ground_station.picture import FleetState
 from ground_station.views.ink import Line, Look
@@ -22,6 +24,8 @@ class Dialog(ModalScreen[None]):
         super().__init__()
         self.look = look
         self.state = state
+        self._behind: list[Strip] = []
+        self._behind_frame: tuple[int, Size] | None = None
 
     def compose(self) -> ComposeResult:
         """The box at its right size from the first frame on: a key is answered by one drawing, not by three."""
@@ -34,6 +38,15 @@ class Dialog(ModalScreen[None]):
         box.set_class(not self.look.unicode, "ascii")
         box.styles.width = min(self.WIDTH, self.app.size.width)
         yield box
+
+    def render_line(self, y: int) -> Strip:
+        """The dashboard behind the box, as it was last drawn: made once per frame, not once per changed pane."""
+        board = self.app.screen_stack[0]
+        frame = (getattr(board, "frame", 0), self.app.size)
+        if frame != self._behind_frame:
+            self._behind_frame = frame
+            self._behind = board._compositor.render_strips(self.app.size)
+        return self._behind[y] if y < len(self._behind) else Strip.blank(self.size.width)
 
     def on_resize(self) -> None:
         self.query_one("#box").styles.width = min(self.WIDTH, self.app.size.width)
