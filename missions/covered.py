@@ -7,7 +7,6 @@ from collections.abc import Mapping
 import numpy as np
 
 from vehicle_agent.domain.frames import FloatArray, Point
-from vehicle_agent.domain.visibility import view
 from vehicle_agent.mission.load import MissionPlan
 from vehicle_agent.mission.model import CoverTask
 
@@ -25,6 +24,8 @@ def covered_fraction(plan: MissionPlan, elevation_m: FloatArray, places_enu_m: M
     elevation_m : (columns, rows) float64, the true surface, ENU z.
     places_enu_m : where each vehicle was last at work, by name.
     """
+    from vehicle_agent.domain.visibility import view  # loads numba: only where something was covered
+
     seen = np.zeros(plan.grid.shape, dtype=np.bool_)
     for vehicle in plan.mission.vehicles:
         if vehicle.name in places_enu_m:
