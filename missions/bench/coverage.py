@@ -21,14 +21,14 @@ from vehicle_agent.mission.load import MissionError
 from vehicle_agent.planning.cao import CaoParams
 from vehicle_agent.planning.coverage import CaoCoverage, StepSchedule
 from vehicle_agent.planning.interface import Planner
-from vehicle_agent.planning.stations import Stations, StationsParams
+from vehicle_agent.planning.stations import Stations
 
 HILLS = HillsParams(side_m=100.0, cell_m=1.0, peaks=7, height_m=(5.0, 25.0), sigma_m=12.0)
 TEAM = CoverageTeam()
 ITERATIONS = 500
 CAO_FIRST_STEP_M = 1.0
 DEFAULT = "stations"
-PLANNERS = ("cao", "hill-climb", "stations")
+PLANNERS = ("cao", "stations")
 OPTIMUM = "informed-optimum"
 ANY_START = "any"
 
@@ -102,8 +102,6 @@ def make_planner(name: str, rng: np.random.Generator) -> Planner:
         case "cao":
             schedule = StepSchedule(CAO_FIRST_STEP_M)
             return CaoCoverage(CaoParams(CAO_FIRST_STEP_M), rng, schedule)
-        case "hill-climb":
-            return Stations(rng, StationsParams(far=0, heat=0.0, heated_decisions=0))
         case "stations":
             return Stations(rng)
         case _:

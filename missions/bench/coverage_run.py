@@ -186,5 +186,6 @@ class _Coverage:
         self._watchers -= self._views[index]
         self._views[index] = self._look(self._positions[index])
         self._watchers += self._views[index]
-        rivals = [math.dist(self._positions[index], p) for k, p in enumerate(self._positions) if k != index]
-        self._nearest_m = min(self._nearest_m, *rivals) if rivals else self._nearest_m
+        place = self._positions[index]
+        rivals = (math.dist(place, other) for k, other in enumerate(self._positions) if k != index)
+        self._nearest_m = min(self._nearest_m, min(rivals, default=math.inf))

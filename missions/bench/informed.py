@@ -39,7 +39,7 @@ class AscentParams:
         Rounds at most.
     """
 
-    starts: int = 16
+    starts: int = 12
     kept: int = 3
     scales_m: tuple[float, ...] = (0.5, 1.5, 4.0, 8.0)
     per_scale: int = 8

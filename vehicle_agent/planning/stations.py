@@ -64,10 +64,10 @@ class StationsParams:
     per_scale: int = 8
     far: int = 12
     heat: float = 0.02
-    heated_decisions: int = 120
+    heated_decisions: int = 100
     view_cells: float = 12.5
     dear_way: float = 0.0
-    patience: int = 25
+    patience: int = 20
     refresh: int = 5
     hold: int = 1
 
