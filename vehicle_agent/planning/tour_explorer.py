@@ -62,21 +62,36 @@ class ToursParams:
     way_back: float = 1.0
 
 
+TO_AND_FRO = 4
+"""A patch may be approached again from afar for so many times the patience."""
+
+
 @dataclass(slots=True)
 class _Effort:
-    """What has been tried for one patch: least unseen cells, nearest and last distance, and vain decisions."""
+    """What has been tried for one patch.
+
+    Attributes
+    ----------
+    unseen, nearest_m
+        The least so far.
+    last_m
+        Distance at the last decision.
+    fruitless
+        Decisions in a row that brought the vehicle no nearer and showed no more of it.
+    without_best
+        Decisions since the last that was better than all before: going to and fro comes to an end by it.
+    """
 
     unseen: float = math.inf
     nearest_m: float = math.inf
     last_m: float = math.inf
     fruitless: int = 0
+    without_best: int = 0
 
     def note(self, unseen: int, away_m: float, step_m: float) -> None:
-        """Note a decision; only a new best begins the count anew, so that going to and fro comes to an end."""
-        if unseen < self.unseen or away_m < self.nearest_m - step_m:
-            self.fruitless = 0
-        elif away_m >= self.last_m - step_m:
-            self.fruitless += 1
+        more_seen = unseen < self.unseen
+        self.fruitless = 0 if more_seen or away_m < self.last_m - step_m else self.fruitless + 1
+        self.without_best = 0 if more_seen or away_m < self.nearest_m - step_m else self.without_best + 1
         self.unseen, self.nearest_m = min(unseen, self.unseen), min(away_m, self.nearest_m)
         self.last_m = away_m
 
@@ -186,7 +201,7 @@ class TourExplorer:
         away_m = way_length_m(situation.position_enu_m, target)
         effort = self._efforts.setdefault(patch, _Effort())
         effort.note(unseen, away_m, 0.25 * situation.team_map.grid.cell_m)
-        return effort.fruitless >= self._params.patience
+        return max(effort.fruitless, effort.without_best / TO_AND_FRO) >= self._params.patience
 
 
 def _nearest(points_en_m: FloatArray, position_enu_m: Point) -> IndexArray:
