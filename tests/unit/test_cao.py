@@ -9,7 +9,7 @@ import pytest
 
 from vehicle_agent.domain.frames import FloatArray, Point
 from vehicle_agent.domain.polygon import BoolArray
-from vehicle_agent.domain.__pycache__.polynomials.cubic_monomials-14311.1.nbc import cubic_monomials
+from vehicle_agent.domain.polynomials import cubic_monomials
 from vehicle_agent.planning import cao
 from vehicle_agent.planning.cao import BASIS_FUNCTIONS, Cao, CaoParams
 
