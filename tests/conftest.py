@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import socket
 from pathlib import Path
 
@@ -13,6 +14,12 @@ PORTS_PER_FLEET = 200
 LOWEST_BASE = 12_000
 HIGHEST_BASE = 32_000
 """Below Linux's ephemeral ports, so that outgoing connections cannot take what was found free."""
+
+
+def pytest_configure() -> None:
+    """Programs under test must be able to hear Ctrl-C, also where the test run itself was started deaf to it."""
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
