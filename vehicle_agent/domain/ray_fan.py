@@ -18,11 +18,11 @@ from vehicle_agent.domain.frames import FloatArray
 from vehicle_agent.domain.grid import IndexArray
 from vehicle_agent.domain.polygon import BoolArray
 from vehicle_agent.domain.voxel_kernels import ByteArray
+from vehicle_agent.domain.voxels import FREE, OCCUPIED, UNKNOWN
 
 StepArray = npt.NDArray[np.int16]
 AIM = (0.0171, 0.0133, -0.0119)
 """Rays aim this much beside a voxel's middle, in voxels, so that none runs exactly along edges."""
-UNKNOWN, FREE, OCCUPIED = 0, 1, 2
 
 
 @dataclass(frozen=True, slots=True)
