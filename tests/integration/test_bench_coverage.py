@@ -91,15 +91,18 @@ def test_ctrl_c_keeps_what_is_done(tmp_path: Path) -> None:
          "--json", str(rows), "--export", str(runs)],
         cwd=REPOSITORY, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
     )  # fmt: skip
-    deadline_s = time.monotonic() + 200.0
-    cores = os.cpu_count() or 1
-    while len(list(runs.glob("run_*_stations-corner-1.npz"))) <= cores:  # then one result has come for certain
-        assert bench.poll() is None
-        assert time.monotonic() < deadline_s
-        time.sleep(0.1)
-    workers = Path(f"/proc/{bench.pid}/task/{bench.pid}/children").read_text().split()
-    bench.send_signal(signal.SIGINT)
-    bench.communicate(timeout=60.0)
+    try:
+        deadline_s = time.monotonic() + 200.0
+        cores = os.cpu_count() or 1
+        while len(list(runs.glob("run_*_stations-corner-1.npz"))) <= cores:  # then one result has come for certain
+            assert bench.poll() is None
+            assert time.monotonic() < deadline_s
+            time.sleep(0.1)
+        workers = Path(f"/proc/{bench.pid}/task/{bench.pid}/children").read_text().split()
+        bench.send_signal(signal.SIGINT)
+        bench.communicate(timeout=60.0)
+    finally:
+        bench.kill()  # whatever failed: nothing of it may go on using the cores
     assert bench.returncode == 130
     assert json.loads(rows.read_text())["rows"]
     deadline_s = time.monotonic() + 20.0
