@@ -268,7 +268,7 @@ class Supervisor:
         assert process is not None
         exit_code = process.poll()
         if child.state is State.STARTING and self._shows_ready(child, exit_code):
-            child.state = State.READY if exit_code is None else State.ENDED
+            child.state = State.ENDED if spec.readiness is Readiness.FINISHED else State.READY
             return [Notice(spec, Change.READY, f"{spec.name} is ready", exit_code)]
         if exit_code is not None:
             return [self._bury(child, exit_code)]
@@ -297,9 +297,10 @@ class Supervisor:
         readiness = child.spec.readiness
         if readiness is Readiness.FINISHED:
             return exit_code == 0
-        if exit_code is not None:
-            return False
-        return readiness is Readiness.STARTED or any(line.strip() == READY_LINE for line in _log_lines(child))
+        if readiness is Readiness.STARTED:
+            return exit_code is None
+        # Its word counts also when it died before anybody looked: what died was a working program.
+        return any(line.strip() == READY_LINE for line in _log_lines(child))
 
     @staticmethod
     def _last_words(child: _Child) -> str:

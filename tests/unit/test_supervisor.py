@@ -76,6 +76,15 @@ def test_ready_line_makes_ready_and_output_goes_to_the_log(tmp_path, supervise):
     assert (tmp_path / "child.log").read_text() == "already\nready\n"
 
 
+def test_who_said_ready_and_died_before_anybody_looked_was_ready(tmp_path, supervise):
+    supervisor = supervise(child(tmp_path, "import os\nprint('ready', flush=True)\nos.kill(os.getpid(), 9)"))
+    supervisor.tick()
+    pid = supervisor.pids()["child"]
+    until(lambda: gone(pid))
+    changes = [notice.change for notice in tick_until(supervisor, Change.ENDED)]
+    assert changes == [Change.READY, Change.ENDED]
+
+
 def test_a_process_waits_for_those_before_it(tmp_path, supervise):
     gate = tmp_path / "gate"
     first = child(
