@@ -163,28 +163,44 @@ def ground_heights(elevation: FloatArray, west: float, south: float, cell: float
 
 
 @compiled
+def _squared_gap(aa: float, bb: float, ab: float, aw: float, bw: float, ww: float, s: float, t: float) -> float:
+    """Squared length of w + s a - t b from the products of the three vectors."""
+    return ww + s * s * aa + t * t * bb + 2.0 * (s * aw - t * bw - s * t * ab)
+
+
+@compiled
 def segment_distance_m(a0: FloatArray, a1: FloatArray, b0: FloatArray, b1: FloatArray) -> float:
     """Smallest distance between two segments in space, metres; each argument (3,) float64.
 
-    The closest points lie in the interior of both lines or at an end of one: both are tried.
+    The closest points lie in the interior of both lines or at an end of one: both are tried. Written in scalars: an
+    array for every difference would cost more than all the rest.
     """
-    da, db, w = a1 - a0, b1 - b0, a0 - b0
-    aa, bb, ab = np.dot(da, da), np.dot(db, db), np.dot(da, db)
-    aw, bw = np.dot(da, w), np.dot(db, w)
-    best = math.inf
+    aa = bb = ab = aw = bw = ww = 0.0
+    for axis in range(3):
+        da, db, w = a1[axis] - a0[axis], b1[axis] - b0[axis], a0[axis] - b0[axis]
+        aa, bb, ab = aa + da * da, bb + db * db, ab + da * db
+        aw, bw, ww = aw + da * w, bw + db * w, ww + w * w
+    best_s, best_t, best = 0.0, 0.0, math.inf
     determinant = aa * bb - ab * ab
     if determinant > 1e-12 * max(aa * bb, 1e-300):
         s = (ab * bw - bb * aw) / determinant
         t = (aa * bw - ab * aw) / determinant
         if 0.0 <= s <= 1.0 and 0.0 <= t <= 1.0:
-            best = float(np.linalg.norm(w + s * da - t * db))
-    for t in (0.0, 1.0):
-        s = 0.0 if aa == 0.0 else min(max((t * ab - aw) / aa, 0.0), 1.0)
-        best = min(best, float(np.linalg.norm(w + s * da - t * db)))
-    for s in (0.0, 1.0):
-        t = 0.0 if bb == 0.0 else min(max((s * ab + bw) / bb, 0.0), 1.0)
-        best = min(best, float(np.linalg.norm(w + s * da - t * db)))
-    return best
+            best_s, best_t, best = s, t, _squared_gap(aa, bb, ab, aw, bw, ww, s, t)
+    for end in (0.0, 1.0):
+        s = 0.0 if aa == 0.0 else min(max((end * ab - aw) / aa, 0.0), 1.0)
+        gap = _squared_gap(aa, bb, ab, aw, bw, ww, s, end)
+        if gap < best:
+            best_s, best_t, best = s, end, gap
+        t = 0.0 if bb == 0.0 else min(max((end * ab + bw) / bb, 0.0), 1.0)
+        gap = _squared_gap(aa, bb, ab, aw, bw, ww, end, t)
+        if gap < best:
+            best_s, best_t, best = end, t, gap
+    squared = 0.0
+    for axis in range(3):  # from the points themselves: the expanded square is not exact for segments that meet
+        apart = a0[axis] - b0[axis] + best_s * (a1[axis] - a0[axis]) - best_t * (b1[axis] - b0[axis])
+        squared += apart * apart
+    return math.sqrt(squared)
 
 
 @compiled
@@ -210,9 +226,14 @@ def come_too_near(
     (N,) bool.
     """
     near = np.zeros(len(ends), dtype=np.bool_)
+    longest = 0.0
+    for index in range(len(ends)):
+        longest = max(longest, segment_distance_m(start, start, ends[index], ends[index]))
     for rival in range(len(rival_starts)):
         place, leg_end = rival_starts[rival], rival_ends[rival]
         to_leg = segment_distance_m(start, start, place, leg_end)
+        if to_leg > separation + longest:  # nor is where it is any nearer than its leg
+            continue
         to_place = segment_distance_m(start, start, place, place)
         for index in range(len(ends)):
             if near[index]:
