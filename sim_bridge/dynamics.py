@@ -11,7 +11,7 @@ import numpy.typing as npt
 from sim_bridge.laws import BRAKING_SHARE, POSITION_GAIN_1_S, accelerate, approach_speed, wanted_velocity
 from sim_bridge.world import World, surface_height
 from vehicle_agent.domain.compiled import compiled
-from vehicle_agent.domain.frames import FloatArray
+from vehicle_agent.domain.frames import FloatArray, Point
 
 __all__ = ["BRAKING_SHARE", "POSITION_GAIN_1_S", "Bodies", "BodyKind", "Motion"]
 
@@ -328,6 +328,11 @@ class Bodies:
     def surface_m(self, east_m: float, north_m: float) -> float:
         """ENU z of the ground at a place."""
         return self._world.ground_m(east_m, north_m)
+
+    def distance_along_m(self, index: int, direction_enu: Point, farthest_m: float) -> float:
+        """Distance from a body to the ground along a unit vector; infinite beyond `farthest_m`."""
+        east_m, north_m, up_m = self.position_enu_m[index].tolist()
+        return self._world.distance_along_m((east_m, north_m, up_m), direction_enu, farthest_m)
 
     def distances_around_m(self, index: int, sectors: int, farthest_m: float) -> list[float]:
         """Level distance from a body to where the ground rises to its height, per sector clockwise from its nose."""

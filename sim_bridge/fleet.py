@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from sim_bridge.beam import Beam
 from sim_bridge.clock import SimClock
 from sim_bridge.dynamics import Bodies
 from sim_bridge.environment import Environment
@@ -16,10 +17,11 @@ from sim_bridge.vehicles.build import body_kind, new_vehicle
 from sim_bridge.world import World
 from vehicle_agent.domain.elevation import CellObservations
 from vehicle_agent.mission.load import MissionPlan
+from vehicle_agent.mission.model import SingleBeamSensor
 
 STEP_US = 50_000
 """Longest physical step, microseconds."""
-WEATHER_KEY, NAVIGATION_KEY = 1100, 1200
+WEATHER_KEY, NAVIGATION_KEY, BEAM_KEY = 1100, 1200, 1300
 """First part of the keys of the random streams, apart from the vehicles' own, which are their indices."""
 
 
@@ -63,6 +65,12 @@ class Fleet:
             [_stream(mission.seed, NAVIGATION_KEY, index) for index in range(count)],
         )
         self.vehicles = tuple(new_vehicle(plan, index, self.bodies, self.clock) for index in range(count))
+        self._beams: list[Beam] = []
+        for index, table in enumerate(mission.vehicles):
+            if isinstance(table.sensor, SingleBeamSensor):
+                beam = Beam(table.sensor, self.bodies, index, _stream(mission.seed, BEAM_KEY, index))
+                self.vehicles[index].beam = beam
+                self._beams.append(beam)
         self.faults = FaultBoard(plan, self.vehicles, self.navigation)
         self.referee = Referee(plan.fence_en_m)
 
@@ -87,6 +95,8 @@ class Fleet:
         self._environment.advance(dt_s)
         self.bodies.advance(dt_s)
         self.navigation.advance(dt_s)
+        for beam in self._beams:
+            beam.advance(self.clock.time_s)
         self.faults.tick(self.clock.time_s)
         for vehicle in self.vehicles:
             vehicle.update(dt_s)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Protocol
 
 from sim_bridge.fleet import Fleet
+from vehicle_agent.mission.model import RangeSensor
 from vehicle_agent.wire.cells import pack_cells
 from vehicle_agent.wire.messages import AnyMessage, BodyReport, Scan
 
@@ -21,7 +22,8 @@ class Publisher(Protocol):
 class Payload:
     """Publishes scans at each sensor's period while its vehicle is armed, and body reports once a second.
 
-    A scan is said by the simulator under its vehicle's key; of vehicles with real autopilots it says nothing.
+    A single beam is told by the autopilot instead, in DISTANCE_SENSOR. A scan is said by the simulator under its
+    vehicle's key; of vehicles with real autopilots it says nothing.
     """
 
     def __init__(self, fleet: Fleet, link: Publisher, boot_id: int) -> None:
@@ -36,8 +38,9 @@ class Payload:
         """Publish what is due; call after every step of the fleet."""
         now_us = self._fleet.clock.elapsed_us
         for index, vehicle in enumerate(self._fleet.vehicles):
-            if vehicle.armed and now_us >= self._scan_due_us[index]:
-                period_us = round(self._fleet.plan.mission.vehicles[index].sensor.period_s * 1e6)
+            sensor = self._fleet.plan.mission.vehicles[index].sensor
+            if isinstance(sensor, RangeSensor) and vehicle.armed and now_us >= self._scan_due_us[index]:
+                period_us = round(sensor.period_s * 1e6)
                 self._scan_due_us[index] = now_us + period_us
                 self._publish_scan(index)
         if now_us >= self._body_due_us:

@@ -6,6 +6,7 @@ import math
 from enum import IntEnum
 
 from sim_bridge.battery import Battery
+from sim_bridge.beam import Beam
 from sim_bridge.clock import SimClock
 from sim_bridge.dynamics import Bodies
 from sim_bridge.failsafe import BatteryWatch, ControllerWatch, FenceWatch, LeakWatch, PositionWatch
@@ -24,6 +25,8 @@ class VehicleState:
 
     Attributes
     ----------
+    floats
+        Whether it stays on the water's surface.
     personality
         Which autopilot it is.
     booted_us
@@ -40,7 +43,11 @@ class VehicleState:
         Mission, fence and rally points that were uploaded.
     fix_lost, leaking, link_lost
         Faults: no position fix, water in the hull, no bytes in or out.
+    beam
+        The single beam that it carries; None without one.
     """
+
+    floats = False
 
     def __init__(
         self,
@@ -68,6 +75,7 @@ class VehicleState:
         self.fix_lost = False
         self.leaking = False
         self.link_lost = False
+        self.beam: Beam | None = None
         self._bodies = bodies
         self._ready_after_s = ready_after_s
         self._fit_out()
@@ -197,7 +205,9 @@ class VehicleState:
         return upward_m
 
     def range_down_m(self) -> float:
-        """What a single beam straight down measures."""
+        """What its single beam measured last, infinite out of range; without one what a perfect one would."""
+        if self.beam is not None and self.beam.reading_m is not None:
+            return self.beam.reading_m
         return self.pilot.height_above_ground_m()
 
     def obstacle_distances_m(self, sectors: int, farthest_m: float) -> list[float]:

@@ -31,6 +31,35 @@ def surface_height(elevation_m: FloatArray, u: float, v: float) -> float:
     return float((1.0 - t) * low + t * high)
 
 
+@compiled
+def beam_length(
+    elevation_m: FloatArray, u: float, v: float, up: float, du: float, dv: float, dup: float, step: float, most: float
+) -> float:
+    """Distance along a ray to the surface, infinite beyond `most`; (u, v) and their rates are in cells, `up` in metres.
+
+    The ray is followed in steps of `step` metres and the crossing then found by halving; from below the surface it is
+    0.
+    """
+    if up <= surface_height(elevation_m, u, v):
+        return 0.0
+    if dup < 0.0 and du == 0.0 and dv == 0.0:
+        fall = (up - surface_height(elevation_m, u, v)) / -dup
+        return fall if fall <= most else math.inf
+    near = 0.0
+    while near < most:
+        far = min(near + step, most)
+        if up + far * dup <= surface_height(elevation_m, u + far * du, v + far * dv):
+            for _ in range(24):
+                middle = 0.5 * (near + far)
+                if up + middle * dup <= surface_height(elevation_m, u + middle * du, v + middle * dv):
+                    far = middle
+                else:
+                    near = middle
+            return far
+        near = far
+    return math.inf
+
+
 class World:
     """The true surface on the mission's grid.
 
@@ -75,6 +104,24 @@ class World:
                 self.elevation_m,
                 (east_m - grid.west_m) / grid.cell_m - 0.5,
                 (north_m - grid.south_m) / grid.cell_m - 0.5,
+            )
+        )
+
+    def distance_along_m(self, position_enu_m: Point, direction_enu: Point, farthest_m: float) -> float:
+        """Distance from a place to the surface along a unit vector, metres; infinite beyond `farthest_m`."""
+        grid = self.grid
+        east_m, north_m, up_m = position_enu_m
+        return float(
+            beam_length(
+                self.elevation_m,
+                (east_m - grid.west_m) / grid.cell_m - 0.5,
+                (north_m - grid.south_m) / grid.cell_m - 0.5,
+                up_m,
+                direction_enu[0] / grid.cell_m,
+                direction_enu[1] / grid.cell_m,
+                direction_enu[2],
+                0.5 * grid.cell_m,
+                farthest_m,
             )
         )
 

@@ -12,7 +12,10 @@ FARTHEST_OBSTACLE_M = 100.0
 
 
 class RangingService(Service):
-    """Says nothing until RNGFND1_TYPE or PRX1_TYPE tells that there is such a sensor, as ArduPilot."""
+    """Says nothing until RNGFND1_TYPE or PRX1_TYPE tells that there is such a sensor, as ArduPilot.
+
+    A single beam in the mission file sets RNGFND1_TYPE from the start.
+    """
 
     def builders(self) -> dict[int, MessageBuilder]:
         return {
@@ -29,10 +32,9 @@ class RangingService(Service):
     def _range_cm(self) -> int | None:
         """What the beam measures: beyond its reach a little more than that; None without a beam."""
         vehicle = self.node.vehicle
-        distance_m = vehicle.range_down_m() if vehicle.parameters.get("RNGFND1_TYPE", 0.0) else None
-        if distance_m is None:
+        if not vehicle.parameters.get("RNGFND1_TYPE", 0.0):
             return None
-        return max(0, min(round(distance_m * 100.0), self._limits_cm()[1] + 1))
+        return round(max(0.0, min(vehicle.range_down_m() * 100.0, self._limits_cm()[1] + 1.0)))
 
     def distance_sensor(self) -> Message | None:
         distance_cm = self._range_cm()
@@ -55,7 +57,7 @@ class RangingService(Service):
     def water_depth(self) -> Message | None:
         """Only boats tell it."""
         vehicle, distance_cm = self.node.vehicle, self._range_cm()
-        if distance_cm is None or vehicle.personality.mav_type != mavlink.MAV_TYPE_SURFACE_BOAT:
+        if distance_cm is None or not vehicle.floats:
             return None
         place = self.node.believed_place()
         roll, pitch = vehicle.attitude_rad

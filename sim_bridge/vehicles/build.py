@@ -16,13 +16,15 @@ from sim_bridge.vehicles.boat import Boat
 from sim_bridge.vehicles.copter import Copter
 from sim_bridge.vehicles.submarine import Submarine
 from vehicle_agent.mission.load import MissionPlan
-from vehicle_agent.mission.model import VehicleTable
+from vehicle_agent.mission.model import SingleBeamSensor, VehicleTable
 
 KINDS: dict[str, tuple[BodyKind, type[Vehicle]]] = {
     "multicopter": (BodyKind.MULTICOPTER, Copter),
     "surface-vessel": (BodyKind.SURFACE_VESSEL, Boat),
     "underwater-vehicle": (BodyKind.UNDERWATER, Submarine),
 }
+RANGEFINDER_MAVLINK = 10
+"""RNGFND1_TYPE of a beam that some other computer measures with."""
 PERSONALITIES: dict[tuple[str, str], Personality] = {
     ("ardupilot", "multicopter"): ARDUCOPTER,
     ("ardupilot", "surface-vessel"): ARDUROVER,
@@ -41,7 +43,10 @@ def new_vehicle(plan: MissionPlan, index: int, bodies: Bodies, clock: SimClock) 
     simulation = plan.mission.simulation
     table = plan.mission.vehicles[index]
     personality = personality_of(table)
-    parameters = ParameterTable(personality.parameters, {personality.system_id_parameter: float(plan.system_id(index))})
+    parameters = ParameterTable(
+        personality.parameters,
+        {personality.system_id_parameter: float(plan.system_id(index)), **_beam_parameters(table)},
+    )
     vehicle_class = KINDS[table.type][1]
     return vehicle_class(
         index,
@@ -53,6 +58,17 @@ def new_vehicle(plan: MissionPlan, index: int, bodies: Bodies, clock: SimClock) 
         simulation.ready_after_s,
         plan.datum,
     )
+
+
+def _beam_parameters(table: VehicleTable) -> dict[str, float]:
+    """How ArduPilot's first rangefinder is set for the beam that a vehicle carries."""
+    if not isinstance(table.sensor, SingleBeamSensor):
+        return {}
+    return {
+        "RNGFND1_TYPE": RANGEFINDER_MAVLINK,
+        "RNGFND1_MIN_CM": round(table.sensor.min_range_m * 100.0),
+        "RNGFND1_MAX_CM": round(table.sensor.range_m * 100.0),
+    }
 
 
 def body_kind(table: VehicleTable) -> BodyKind:

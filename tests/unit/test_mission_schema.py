@@ -130,7 +130,7 @@ def test_the_schema_is_plain_json_in_a_fixed_order() -> None:
         ("terrain.kind", ["flat", "gaussians", "grid"]),
         ("vehicles[3].type", ["multicopter", "surface-vessel", "underwater-vehicle"]),
         ("vehicles[3].autopilot", ["ardupilot", "px4"]),
-        ("vehicles[3].sensor.kind", ["range"]),
+        ("vehicles[3].sensor.kind", ["range", "single-beam"]),
         ("format", [1]),
         ("seed", []),
         ("no.such.key", []),

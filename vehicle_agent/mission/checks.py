@@ -9,7 +9,7 @@ import numpy as np
 
 from vehicle_agent.domain.frames import FloatArray
 from vehicle_agent.domain.polygon import distance_to_border_m, first_crossing, points_inside
-from vehicle_agent.mission.model import GaussianTerrain, VehicleTable
+from vehicle_agent.mission.model import GaussianTerrain, RangeSensor, SingleBeamSensor, VehicleTable
 from vehicle_agent.mission.plan import MissionError, MissionPlan
 
 MAX_CELLS = 4_000_000
@@ -96,6 +96,11 @@ def check_task(plan: MissionPlan) -> None:
                 f"{plan.source}: vehicles[{index}].type: a {vehicle.type} cannot explore yet; make it a multicopter, "
                 "or serve the team with sim-bridge alone"
             )
+        if not isinstance(vehicle.sensor, RangeSensor):
+            raise MissionError(
+                f"{plan.source}: vehicles[{index}].sensor.kind: a single beam does not see enough to explore; "
+                "choose 'range', or serve the team with sim-bridge alone"
+            )
 
 
 def _check_heights(where: str, vehicle: VehicleTable, fail: Fail) -> None:
@@ -107,6 +112,8 @@ def _check_heights(where: str, vehicle: VehicleTable, fail: Fail) -> None:
             f"{vehicle.sensor.range_m:g} m does not reach the ground from min_above_terrain_m "
             f"({vehicle.min_above_terrain_m:g} m); fly lower or see further",
         )
+    if isinstance(vehicle.sensor, SingleBeamSensor) and vehicle.sensor.min_range_m >= vehicle.sensor.range_m:
+        raise fail(f"{where}.sensor.min_range_m", "must be smaller than range_m")
 
 
 def _check_start(plan: MissionPlan, index: int, fail: Fail) -> None:

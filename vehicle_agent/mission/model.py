@@ -175,6 +175,32 @@ class RangeSensor(_Table, frozen=True, kw_only=True, tag_field="kind", tag="rang
     period_s: Annotated[float, Meta(ge=0.05, le=3600)] = 1.0
 
 
+class SingleBeamSensor(_Table, frozen=True, kw_only=True, tag_field="kind", tag="single-beam"):
+    """Measures the distance straight down from its body: an echo sounder under water, a rangefinder in the air.
+
+    The autopilot tells it in DISTANCE_SENSOR, as its RNGFND1 parameters have it.
+
+    Attributes
+    ----------
+    range_m
+        How far it measures.
+    min_range_m
+        Nearer than this it measures nothing.
+    noise_fraction
+        Standard deviation of a reading as a share of the distance (Kapoutsis 2015, eq. 24).
+    period_s
+        Vehicle time between two readings.
+    """
+
+    range_m: Annotated[float, Meta(ge=0.1, le=327)]
+    min_range_m: Annotated[float, Meta(ge=0, le=100)] = 0.3
+    noise_fraction: Annotated[float, Meta(ge=0, le=1)] = 0.0
+    period_s: Annotated[float, Meta(ge=0.05, le=3600)] = 0.25
+
+
+Sensor = RangeSensor | SingleBeamSensor
+
+
 class VehicleTable(_Table, frozen=True, kw_only=True):
     """One vehicle.
 
@@ -209,7 +235,7 @@ class VehicleTable(_Table, frozen=True, kw_only=True):
     start_enu_m: Annotated[tuple[Metres, ...], Meta(min_length=2, max_length=3)]
     speed_m_s: Annotated[float, Meta(ge=0.1, le=100)]
     climb_m_s: Annotated[float, Meta(ge=0.1, le=50)] = 5.0
-    sensor: RangeSensor
+    sensor: Sensor
     min_above_terrain_m: Positive
     max_above_terrain_m: Positive
     system_id: Annotated[int, Meta(ge=1, le=99)] | None = None
