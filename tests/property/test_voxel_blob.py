@@ -9,8 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vehicle_agent.domain.elevation import UNOBSERVED_STAMP_MS
+from vehicle_agent.domain.voxel_evidence import VoxelEvidence
 from vehicle_agent.domain.voxel_grid import VoxelGrid
-from vehicle_agent.domain.voxels import VoxelEvidence, VoxelMap
+from vehicle_agent.domain.voxels import VoxelMap
 from vehicle_agent.wire.voxel_blob import pack_voxels, unpack_voxels
 
 GRID = VoxelGrid(0.0, 0.0, 0.0, 1.0, 40, 30, 20)

@@ -6,8 +6,9 @@ import numpy as np
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+from vehicle_agent.domain.voxel_evidence import VoxelEvidence
 from vehicle_agent.domain.voxel_grid import VoxelGrid
-from vehicle_agent.domain.voxels import VoxelEvidence, VoxelMap
+from vehicle_agent.domain.voxels import VoxelMap
 
 GRID = VoxelGrid(-3.0, -2.0, 0.0, 1.0, 9, 10, 11)  # no edge is a whole number of blocks
 Scan = tuple[int, tuple[float, float, float], list[tuple[float, float, float]], int]

@@ -17,7 +17,7 @@ from vehicle_agent.domain.compiled import compiled
 from vehicle_agent.domain.frames import FloatArray
 from vehicle_agent.domain.grid import IndexArray
 from vehicle_agent.domain.polygon import BoolArray
-from vehicle_agent.domain.voxel_kernels import ByteArray
+from vehicle_agent.domain.voxel_evidence import ByteArray
 from vehicle_agent.domain.voxels import FREE, OCCUPIED, UNKNOWN
 
 StepArray = npt.NDArray[np.int16]

@@ -15,18 +15,14 @@ from vehicle_agent.domain.compiled import compiled
 from vehicle_agent.domain.frames import FloatArray
 from vehicle_agent.domain.grid import IndexArray
 from vehicle_agent.domain.polygon import BoolArray
+from vehicle_agent.domain.voxel_evidence import HIT_STEP, MAX_HITS, MAX_MISSES, ByteArray
 
 CountArray = npt.NDArray[np.uint16]
-ByteArray = npt.NDArray[np.uint8]
 
 BLOCK = 8
 """Voxels along an edge of a block; a run of them along up is one 64-bit word of marks."""
 BLOCK_VOXELS = BLOCK**3
 FREE, HIT = 1, 2
-MAX_MISSES, MAX_HITS = 5, 4
-"""Evidence of one contributor stops growing here: -2.0 and +3.4 in log odds."""
-HIT_STEP = 8
-"""A voxel's evidence is one byte: misses + 8 x hits."""
 RAY_END = 1 << 48
 NEVER = 1 << 62
 _ONES = np.uint64(0x0101010101010101)

@@ -9,7 +9,7 @@ observers, by the same rule as the elevation map (Renzaglia 2020 eq. 4).
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
 from typing import Any, TypeVar
 
 import numpy as np
@@ -19,14 +19,18 @@ from vehicle_agent.domain.elevation import MAX_OBSERVERS, UNOBSERVED_STAMP_MS, S
 from vehicle_agent.domain.frames import FloatArray, Point
 from vehicle_agent.domain.grid import IndexArray
 from vehicle_agent.domain.polygon import BoolArray
-from vehicle_agent.domain.voxel_grid import VoxelGrid
-from vehicle_agent.domain.voxel_kernels import (
-    BLOCK,
-    BLOCK_VOXELS,
+from vehicle_agent.domain.voxel_evidence import (
     HIT_STEP,
     MAX_HITS,
     MAX_MISSES,
     ByteArray,
+    VoxelEvidence,
+    is_occupied,
+)
+from vehicle_agent.domain.voxel_grid import VoxelGrid
+from vehicle_agent.domain.voxel_kernels import (
+    BLOCK,
+    BLOCK_VOXELS,
     CountArray,
     add_evidence,
     blocks_in_box,
@@ -45,30 +49,6 @@ Scalar = TypeVar("Scalar", bound=np.generic)
 MAX_RANGE_VOXELS = 250.0
 MAX_BLOCKS = 200_000
 """100 million voxels: 100 MB for each contributor that has seen them all."""
-
-
-@dataclass(frozen=True, slots=True)
-class VoxelEvidence:
-    """What one contributor knows of some voxels: what a map delta carries.
-
-    Attributes
-    ----------
-    voxel_indices
-        (N,) int64, flat indices into the grid, strictly increasing.
-    hits, misses
-        (N,) uint8, scans that ended in and that crossed each voxel, counted so far, at most MAX_HITS and MAX_MISSES.
-    stamps_ms
-        (N,) int64, Unix time of the first hit if the contributor is among the first observers as far as it knows, else
-        `UNOBSERVED_STAMP_MS`.
-    """
-
-    voxel_indices: IndexArray
-    hits: ByteArray
-    misses: ByteArray
-    stamps_ms: StampArray
-
-    def __len__(self) -> int:
-        return len(self.voxel_indices)
 
 
 class VoxelMap:
@@ -234,11 +214,23 @@ class VoxelMap:
         order = np.argsort(voxels[hit])
         return voxels[hit][order], stamps[hit][order], observers[hit][order]
 
-    def first_observer_share(self, observer: int) -> float:
-        """J_E of one vehicle: occupied voxels it hit first, each divided by its first observers (Renzaglia eq. 5)."""
+    @property
+    def observed(self) -> BoolArray:
+        """(columns, rows, layers) bool, the surface that is known by now: occupied voxels."""
+        observed: BoolArray = self.states() == OCCUPIED
+        return observed
+
+    def first_observer_share(self, observer: int, within: BoolArray | None = None) -> float:
+        """J_E of one vehicle: occupied voxels it hit first, each divided by its first observers (Renzaglia eq. 5).
+
+        `within` is (columns, rows, layers) bool, or (columns, rows) for whole columns; everywhere when left out.
+        """
         voxels, _, observers = self.surface()
         mine = (observers & np.uint64(1 << observer)) != 0
-        mine &= self.states().ravel()[voxels] == OCCUPIED
+        counted = self.observed
+        if within is not None:
+            counted &= within if within.ndim == 3 else within[:, :, None]
+        mine &= counted.ravel()[voxels]
         return float(np.sum(1.0 / np.bitwise_count(observers[mine])))
 
     def log_odds(self) -> npt.NDArray[np.float32]:
@@ -250,10 +242,27 @@ class VoxelMap:
     def states(self) -> ByteArray:
         """(columns, rows, layers) uint8: UNKNOWN, FREE, or OCCUPIED where log odds are positive."""
         hits, misses = self._counts()
-        occupied = 17 * hits.astype(np.int16) > 8 * misses.astype(np.int16)  # 0.85 : 0.4
-        states = np.where(occupied, OCCUPIED, FREE).astype(np.uint8)
+        states = np.where(is_occupied(hits, misses), OCCUPIED, FREE).astype(np.uint8)
         states[(hits == 0) & (misses == 0)] = UNKNOWN
         return states.reshape(self.grid.shape)
+
+    def arrays(self) -> dict[str, npt.NDArray[Any]]:
+        """Everything in it as named arrays, for `of_arrays`."""
+        kept: dict[str, npt.NDArray[Any]] = {"contributors": np.array(self.contributors, dtype=np.int64)}
+        for contributor in self.contributors:
+            told = self.evidence_of(contributor)
+            for name in _ARRAYS:
+                kept[f"{name}_{contributor}"] = getattr(told, name)
+        return kept
+
+    @classmethod
+    def of_arrays(cls, grid: VoxelGrid, arrays: Mapping[str, npt.NDArray[Any]]) -> VoxelMap:
+        """A map from its arrays; KeyError or ValueError when they are not those of a map on this grid."""
+        loaded = cls(grid)
+        for contributor in arrays["contributors"].tolist():
+            indices, hits, misses, stamps = (arrays[f"{name}_{contributor}"] for name in _ARRAYS)
+            loaded.observe(contributor, VoxelEvidence(indices, hits, misses, stamps))
+        return loaded
 
     def copy(self) -> VoxelMap:
         duplicate = VoxelMap(self.grid, self._max_blocks)
@@ -352,6 +361,7 @@ class VoxelMap:
         return stamps[picked]
 
 
+_ARRAYS = ("voxel_indices", "hits", "misses", "stamps_ms")
 _NOTHING = VoxelEvidence(
     np.empty(0, np.int64), np.empty(0, np.uint8), np.empty(0, np.uint8), np.empty(0, dtype=np.int64)
 )

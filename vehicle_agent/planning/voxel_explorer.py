@@ -19,7 +19,7 @@ from vehicle_agent.domain.grid import IndexArray
 from vehicle_agent.domain.polygon import BoolArray
 from vehicle_agent.domain.ray_fan import RayFan, count_seen, first_with_view, unknown_met
 from vehicle_agent.domain.tours import share_out
-from vehicle_agent.domain.voxel_kernels import ByteArray
+from vehicle_agent.domain.voxel_evidence import ByteArray
 from vehicle_agent.domain.voxel_paths import UNIT, UNREACHED, trace_voxels, voxel_distances, with_clearance
 from vehicle_agent.domain.voxels import FREE, UNKNOWN
 

@@ -14,8 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vehicle_agent.domain.elevation import UNOBSERVED_STAMP_MS
-from vehicle_agent.domain.voxel_kernels import HIT_STEP, MAX_HITS, MAX_MISSES
-from vehicle_agent.domain.voxels import VoxelEvidence
+from vehicle_agent.domain.voxel_evidence import HIT_STEP, MAX_HITS, MAX_MISSES, VoxelEvidence
 from vehicle_agent.wire.cells import MAX_STAMP_MS
 
 _HEADER = struct.Struct("<IIIQBB")
