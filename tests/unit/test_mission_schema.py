@@ -127,10 +127,10 @@ def test_the_schema_is_plain_json_in_a_fixed_order() -> None:
     ("path", "values"),
     [
         ("task.kind", ["cover", "explore"]),
-        ("terrain.kind", ["flat", "gaussians", "grid"]),
+        ("terrain.kind", ["flat", "gaussians", "grid", "town"]),
         ("vehicles[3].type", ["multicopter", "surface-vessel", "underwater-vehicle"]),
         ("vehicles[3].autopilot", ["ardupilot", "px4"]),
-        ("vehicles[3].sensor.kind", ["range", "single-beam"]),
+        ("vehicles[3].sensor.kind", ["half-sphere", "range", "single-beam"]),
         ("format", [1]),
         ("seed", []),
         ("no.such.key", []),

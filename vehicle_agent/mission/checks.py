@@ -9,10 +9,18 @@ import numpy as np
 
 from vehicle_agent.domain.frames import FloatArray
 from vehicle_agent.domain.polygon import distance_to_border_m, first_crossing, points_inside
-from vehicle_agent.mission.model import GaussianTerrain, RangeSensor, SingleBeamSensor, VehicleTable
+from vehicle_agent.mission.model import (
+    ExploreTask,
+    GaussianTerrain,
+    HalfSphereSensor,
+    SingleBeamSensor,
+    TownTerrain,
+    VehicleTable,
+)
 from vehicle_agent.mission.plan import MissionError, MissionPlan
 
 MAX_CELLS = 4_000_000
+MAX_VOXELS = 8_000_000
 MAX_REACH_M = 100_000.0
 """Beyond this distance from the datum the local plane no longer stands for the ground."""
 MIN_START_DISTANCE_M = 2.0
@@ -58,8 +66,35 @@ def check_fence(key: str, fence_en_m: FloatArray, cell_m: float, fail: Fail) -> 
 def check_terrain(plan: MissionPlan, fail: Fail) -> None:
     """Refuse terrain whose numbers contradict each other."""
     terrain = plan.mission.terrain
-    if isinstance(terrain, GaussianTerrain) and terrain.height_m[0] > terrain.height_m[1]:
+    if isinstance(terrain, GaussianTerrain | TownTerrain) and terrain.height_m[0] > terrain.height_m[1]:
         raise fail("terrain.height_m", "must be [lowest, highest] with lowest <= highest")
+    if isinstance(terrain, TownTerrain) and not terrain.street_m[0] <= terrain.street_m[1] < terrain.block_m:
+        raise fail("terrain.street_m", "must be [narrowest, widest], both smaller than block_m")
+    _check_volume(plan, fail)
+
+
+def _check_volume(plan: MissionPlan, fail: Fail) -> None:
+    """Refuse a town without a volume to map, and a volume that is too thin or too large."""
+    up_m, cell_m = plan.mission.area.up_m, plan.mission.area.cell_m
+    if up_m is None:
+        if isinstance(plan.mission.terrain, TownTerrain):
+            raise fail("area.up_m", "missing; a town needs the lowest and highest up of its map, e.g. [-1.0, 30.0]")
+        return
+    low_m, high_m = up_m
+    if not low_m < 0.0 < high_m:
+        raise fail("area.up_m", "must be [lowest, highest] with the ground at 0 between them")
+    if abs(low_m / cell_m - round(low_m / cell_m)) > 1e-6:
+        raise fail("area.up_m", f"the lowest up must be a multiple of area.cell_m ({cell_m:g} m)")
+    voxels = plan.grid.cells * math.ceil((high_m - low_m) / cell_m)
+    if voxels > MAX_VOXELS:
+        raise fail("area.cell_m", f"{cell_m:g} m makes {voxels} voxels; choose {2.0 * cell_m:g} m or a smaller area")
+    for index, vehicle in enumerate(plan.mission.vehicles):
+        highest_m = high_m - 2.0 * cell_m
+        if vehicle.max_above_terrain_m > highest_m:
+            raise fail(
+                f"vehicles[{index}].max_above_terrain_m",
+                f"must be at most {highest_m:g} m, two voxels below the top of area.up_m",
+            )
 
 
 def check_team(plan: MissionPlan, fail: Fail) -> None:
@@ -96,11 +131,34 @@ def check_task(plan: MissionPlan) -> None:
                 f"{plan.source}: vehicles[{index}].type: a {vehicle.type} cannot explore yet; make it a multicopter, "
                 "or serve the team with sim-bridge alone"
             )
-        if not isinstance(vehicle.sensor, RangeSensor):
+        _check_sensor(plan, index)
+    if plan.voxel_grid is not None and not (
+        isinstance(plan.mission.task, ExploreTask) and plan.mission.task.planner == "tours"
+    ):
+        raise MissionError(
+            f"{plan.source}: task: towns can be explored by planner 'tours' only; choose it, or leave out area.up_m"
+        )
+
+
+def _check_sensor(plan: MissionPlan, index: int) -> None:
+    """Refuse a sensor that does not see what the map is made of."""
+    vehicle = plan.mission.vehicles[index]
+    if plan.voxel_grid is not None:
+        if not isinstance(vehicle.sensor, HalfSphereSensor):
             raise MissionError(
-                f"{plan.source}: vehicles[{index}].sensor.kind: a single beam does not see enough to explore; "
-                "choose 'range', or serve the team with sim-bridge alone"
+                f"{plan.source}: vehicles[{index}].sensor.kind: a map of voxels is seen by 'half-sphere' only; choose "
+                "that, or leave out area.up_m"
             )
+        return
+    if isinstance(vehicle.sensor, HalfSphereSensor):
+        raise MissionError(
+            f"{plan.source}: vehicles[{index}].sensor.kind: 'half-sphere' sees voxels; give area.up_m, or choose 'range'"
+        )
+    if isinstance(vehicle.sensor, SingleBeamSensor):
+        raise MissionError(
+            f"{plan.source}: vehicles[{index}].sensor.kind: a single beam does not see enough to explore; "
+            "choose 'range', or serve the team with sim-bridge alone"
+        )
 
 
 def _check_heights(where: str, vehicle: VehicleTable, fail: Fail) -> None:

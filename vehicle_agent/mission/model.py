@@ -59,6 +59,9 @@ class AreaTable(_Table, frozen=True, kw_only=True):
         Corners as [latitude, longitude] pairs, in order.
     fence_margin_m
         How far inside the area's border vehicles stay.
+    up_m
+        Lowest and highest local `up` of a map in three dimensions, of voxels with edges of `cell_m`; left out, the map
+        is one of elevations. Missions in towns need it.
     """
 
     cell_m: Annotated[float, Meta(ge=0.01, le=1e5)]
@@ -68,6 +71,7 @@ class AreaTable(_Table, frozen=True, kw_only=True):
         None
     )
     fence_margin_m: NonNegative = 0.0
+    up_m: tuple[Metres, Metres] | None = None
 
 
 class GridTerrain(_Table, frozen=True, kw_only=True, tag_field="kind", tag="grid"):
@@ -112,7 +116,40 @@ class FlatTerrain(_Table, frozen=True, kw_only=True, tag_field="kind", tag="flat
     elevation_amsl_m: AltitudeM = 0.0
 
 
-Terrain = GridTerrain | GaussianTerrain | FlatTerrain
+Share = Annotated[float, Meta(ge=0, le=1)]
+
+
+class TownTerrain(_Table, frozen=True, kw_only=True, tag_field="kind", tag="town"):
+    """Buildings on level ground at local `up` zero, along streets, some with overhangs, passages and bridges.
+
+    Attributes
+    ----------
+    file
+        Path of an .npz file, relative to the mission file, that holds `solid` (columns, rows, layers), true where
+        something is, on the voxels of the area; left out, the town is drawn from the mission's seed.
+    block_m
+        From the middle of one street to that of the next.
+    street_m
+        Narrowest and widest street.
+    height_m
+        Lowest and highest building.
+    overhang_share, passage_share, bridge_share
+        Share of the buildings that have each.
+    square_share
+        Share of the blocks that stay empty, beside the one in the south-west.
+    """
+
+    file: Annotated[str, Meta(pattern=LINE_PATTERN, min_length=1, max_length=1000)] | None = None
+    block_m: Positive = 30.0
+    street_m: tuple[Positive, Positive] = (8.0, 12.0)
+    height_m: tuple[Positive, Positive] = (6.0, 22.0)
+    overhang_share: Share = 0.4
+    passage_share: Share = 0.3
+    bridge_share: Share = 0.25
+    square_share: Share = 0.1
+
+
+Terrain = GridTerrain | GaussianTerrain | FlatTerrain | TownTerrain
 
 PlannerName = Literal["tours", "claims", "fcao", "cao", "closest-frontier", "greedy"]
 
@@ -198,7 +235,22 @@ class SingleBeamSensor(_Table, frozen=True, kw_only=True, tag_field="kind", tag=
     period_s: Annotated[float, Meta(ge=0.05, le=3600)] = 0.25
 
 
-Sensor = RangeSensor | SingleBeamSensor
+class HalfSphereSensor(_Table, frozen=True, kw_only=True, tag_field="kind", tag="half-sphere"):
+    """Measures distances along rays to all sides and downwards, never upwards (Renzaglia section 7.1).
+
+    Attributes
+    ----------
+    range_m
+        How far it sees.
+    period_s
+        Vehicle time between two scans.
+    """
+
+    range_m: Positive
+    period_s: Annotated[float, Meta(ge=0.05, le=3600)] = 1.0
+
+
+Sensor = RangeSensor | SingleBeamSensor | HalfSphereSensor
 
 
 class VehicleTable(_Table, frozen=True, kw_only=True):
@@ -222,7 +274,8 @@ class VehicleTable(_Table, frozen=True, kw_only=True):
     sensor
         What it sees with.
     min_above_terrain_m, max_above_terrain_m
-        Height band above the ground that it keeps.
+        Height band above the ground that it keeps; in towns above local `up` zero, and the air above the band is taken
+        to be clear.
     system_id
         MAVLink system id of its autopilot; the n-th vehicle has n when left out.
     connection

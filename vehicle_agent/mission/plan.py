@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
 from vehicle_agent.domain.frames import Datum, FloatArray
 from vehicle_agent.domain.grid import Grid
 from vehicle_agent.domain.polygon import BoolArray
+from vehicle_agent.domain.voxel_grid import VoxelGrid
 from vehicle_agent.mission.model import Mission, VehicleTable
 
 CONTROLLER_ID_OFFSET = 100
@@ -51,6 +53,16 @@ class MissionPlan:
     fence_en_m: FloatArray
     grid: Grid
     area_cells: BoolArray
+
+    @property
+    def voxel_grid(self) -> VoxelGrid | None:
+        """Voxels over the grid's cells when the map is one in three dimensions, else None."""
+        if self.mission.area.up_m is None:
+            return None
+        low_m, high_m = self.mission.area.up_m
+        grid = self.grid
+        layers = max(1, math.ceil((high_m - low_m) / grid.cell_m - 1e-9))
+        return VoxelGrid(grid.west_m, grid.south_m, low_m, grid.cell_m, grid.columns, grid.rows, layers)
 
     @property
     def vehicle_names(self) -> tuple[str, ...]:
