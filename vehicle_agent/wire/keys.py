@@ -15,6 +15,8 @@ from vehicle_agent.wire.messages import (
     CommandResult,
     Digest,
     Event,
+    LandmarkDigest,
+    Landmarks,
     MapDelta,
     Orders,
     Repair,
@@ -87,6 +89,8 @@ TOPICS: tuple[Topic, ...] = (
     Topic("orders", Orders, None, Delivery.RECOVERED, Urgency.NORMAL, 300, history=1),
     Topic("digest", Digest, 5.0, Delivery.LATEST, Urgency.NORMAL, 200),
     Topic("repair", Repair, None, Delivery.BULK, Urgency.LOW, 8_000),
+    Topic("landmarks", Landmarks, 10.0, Delivery.LATEST, Urgency.NORMAL, 200),
+    Topic("landmark-digest", LandmarkDigest, 60.0, Delivery.LATEST, Urgency.LOW, 140),
     Topic("scan", Scan, 1.0, Delivery.LATEST, Urgency.NORMAL, 8_000, over_radio=False),
     Topic("body", BodyReport, 1.0, Delivery.LATEST, Urgency.NORMAL, 120, over_radio=False),
 )

@@ -247,4 +247,35 @@ class Orders(Message, frozen=True, tag=11, kw_only=True):
     """0: as the mission says."""
 
 
-AnyMessage = Status | MapDelta | Claim | Event | Command | CommandResult | Digest | Repair | Scan | BodyReport | Orders
+class Landmarks(Message, frozen=True, tag=12, kw_only=True):
+    """What the sender tells of landmarks, and where it is (Kapoutsis 2015, section 3.4)."""
+
+    position_cm: PositionCm
+    position_sd_cm: Annotated[int, Meta(ge=0, le=10**8)]
+    """How well it knows its position (c_R): one standard deviation."""
+    records: Annotated[bytes, Meta(max_length=MAX_BLOB_BYTES)]
+    """Packed records, see `vehicle_agent.wire.landmark_blob`."""
+
+
+class LandmarkDigest(Message, frozen=True, tag=13, kw_only=True):
+    """Checksums of what the sender knows of landmarks: whoever knows other things tells them."""
+
+    checksums: Annotated[tuple[U32, ...], Meta(min_length=1, max_length=64)]
+    """One per block, see `LandmarkMap.digest`."""
+
+
+AnyMessage = (
+    Status
+    | MapDelta
+    | Claim
+    | Event
+    | Command
+    | CommandResult
+    | Digest
+    | Repair
+    | Scan
+    | BodyReport
+    | Orders
+    | Landmarks
+    | LandmarkDigest
+)

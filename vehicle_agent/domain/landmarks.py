@@ -1,0 +1,444 @@
+"""Landmarks: heights of a surface at known places, estimated by weighted least squares (Kapoutsis 2015, section 3).
+
+Per landmark the map keeps what every contributor measured so far, as one record of that contributor's running sums,
+and, once anybody estimated it accurately, one seal. A join keeps the greatest record of each contributor and the
+greatest seal; so merging is commutative, associative and idempotent, and repetition, loss and disorder neither count a
+measurement twice nor lose what a later record tells. Sums are whole numbers: equal records give equal maps, to the bit.
+"""
+
+from __future__ import annotations
+
+import math
+import zlib
+from collections import Counter
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from vehicle_agent.domain.frames import FloatArray
+from vehicle_agent.domain.grid import Grid, IndexArray
+from vehicle_agent.domain.polygon import BoolArray
+
+SEAL = -1
+"""Contributor of a record that says: accurately estimated, by whomever."""
+ACCURATE = 1024
+"""Information of a landmark whose standard deviation is just the accurate one; information counts in these parts."""
+QUANTA_PER_ACCURATE_SD = 8
+"""Heights are whole quanta of this part of the accurate standard deviation."""
+MAX_ATTEMPTS = 10_000
+MAX_INFORMATION = 2**23 - 1
+MAX_HEIGHT_QUANTA = 2**23 - 1
+
+_HEIGHT_BITS, _INFORMATION_BITS = 24, 23
+_HEIGHT_MASK, _INFORMATION_MASK = 2**_HEIGHT_BITS - 1, 2**_INFORMATION_BITS - 1
+_HEIGHT_BASE = MAX_HEIGHT_QUANTA
+
+Integers = npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True)
+class LandmarkLayout:
+    """Where the landmarks stand: the (x_l, y_l) of section 3.1, known to all before the mission.
+
+    Attributes
+    ----------
+    positions_en_m
+        (N, 2) float64, east and north in ENU metres; a landmark's id is its row.
+    spacing_m
+        Typical distance between neighbours.
+    """
+
+    positions_en_m: FloatArray
+    spacing_m: float
+
+    def __post_init__(self) -> None:
+        if self.positions_en_m.ndim != 2 or self.positions_en_m.shape[1] != 2 or len(self.positions_en_m) == 0:
+            raise ValueError("a layout needs at least one landmark, as (N, 2) east and north")
+        if not np.isfinite(self.positions_en_m).all():
+            raise ValueError("landmarks stand at finite places")
+        if not (self.spacing_m > 0 and math.isfinite(self.spacing_m)):
+            raise ValueError("spacing_m must be positive")
+
+    @classmethod
+    def at_cells(cls, grid: Grid, cells: BoolArray | None = None) -> LandmarkLayout:
+        """A landmark at the centre of every cell (or of those marked), in the order of flat indices."""
+        indices = np.arange(grid.cells) if cells is None else np.flatnonzero(cells)
+        return cls(grid.centres_of(indices.astype(np.int64)), grid.cell_m)
+
+    def __len__(self) -> int:
+        return len(self.positions_en_m)
+
+
+@dataclass(frozen=True, slots=True)
+class LandmarkParams:
+    """What counts as accurately estimated, and what can be believed.
+
+    Attributes
+    ----------
+    accurate_sd_m
+        A landmark is accurately estimated when its standard deviation is at most this (definition 2).
+    best_sd_m
+        No single measurement is better: the sensor's own limit, which no message may claim to beat.
+    lowest_m, highest_m
+        ENU z between which every landmark's height lies.
+    attempts_limit
+        A landmark that was measured so often without becoming accurate is given up (footnote 3).
+    """
+
+    accurate_sd_m: float
+    best_sd_m: float
+    lowest_m: float
+    highest_m: float
+    attempts_limit: int = 200
+
+    def __post_init__(self) -> None:
+        if not (self.accurate_sd_m > 0 and math.isfinite(self.accurate_sd_m)):
+            raise ValueError("accurate_sd_m must be positive")
+        if not (self.best_sd_m > 0 and math.isfinite(self.best_sd_m)):
+            raise ValueError("best_sd_m must be positive")
+        if not -math.inf < self.lowest_m < self.highest_m < math.inf:
+            raise ValueError("lowest_m must be below highest_m")
+        if not 1 <= self.attempts_limit <= MAX_ATTEMPTS:
+            raise ValueError(f"attempts_limit must be from 1 to {MAX_ATTEMPTS}")
+        if max(abs(self.lowest_m), abs(self.highest_m)) / self.quantum_m >= MAX_HEIGHT_QUANTA:
+            raise ValueError("accurate_sd_m is too small for heights from lowest_m to highest_m")
+
+    @property
+    def quantum_m(self) -> float:
+        """What heights are told in, metres."""
+        return self.accurate_sd_m / QUANTA_PER_ACCURATE_SD
+
+    @property
+    def best_information(self) -> int:
+        """Most that one measurement can add, in parts of `ACCURATE`."""
+        return min(math.ceil(ACCURATE * (self.accurate_sd_m / self.best_sd_m) ** 2), MAX_INFORMATION // 128)
+
+
+@dataclass(frozen=True, slots=True)
+class LandmarkRecords:
+    """What is said of landmarks: one row each, arrays of the same length, int64.
+
+    Attributes
+    ----------
+    landmarks
+        Ids.
+    contributors
+        Team index of who measured; `SEAL` for an accurately estimated landmark.
+    attempts
+        How often the contributor has measured it; 0 for a seal.
+    heights
+        The contributor's estimate (of all together, for a seal) in quanta of `LandmarkParams.quantum_m`, ENU z.
+    information
+        Inverse variance in parts of `ACCURATE` over the accurate variance; at least `ACCURATE` for a seal.
+    """
+
+    landmarks: Integers
+    contributors: Integers
+    attempts: Integers
+    heights: Integers
+    information: Integers
+
+    def __len__(self) -> int:
+        return len(self.landmarks)
+
+    def __getitem__(self, rows: slice | IndexArray | BoolArray) -> LandmarkRecords:
+        return LandmarkRecords(
+            self.landmarks[rows],
+            self.contributors[rows],
+            self.attempts[rows],
+            self.heights[rows],
+            self.information[rows],
+        )
+
+    @classmethod
+    def empty(cls) -> LandmarkRecords:
+        return cls(*(np.empty(0, np.int64) for _ in range(5)))
+
+    @classmethod
+    def joined(cls, *parts: LandmarkRecords) -> LandmarkRecords:
+        """All rows of all parts, in that order."""
+        return cls(
+            np.concatenate([part.landmarks for part in parts]),
+            np.concatenate([part.contributors for part in parts]),
+            np.concatenate([part.attempts for part in parts]),
+            np.concatenate([part.heights for part in parts]),
+            np.concatenate([part.information for part in parts]),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Merged:
+    """What a merge did.
+
+    Attributes
+    ----------
+    changed
+        Ids of landmarks of which the map knows more now, increasing.
+    sealed
+        Those of them that became accurately estimated, increasing.
+    dropped
+        Records refused, by reason: `unknown landmark`, `unknown contributor`, `impossible attempts`,
+        `impossible height`, `too confident`.
+    """
+
+    changed: IndexArray
+    sealed: IndexArray
+    dropped: Counter[str] = field(default_factory=Counter)
+
+
+class LandmarkMap:
+    """What one vehicle knows of all landmarks: measured by itself or told by teammates.
+
+    Attributes
+    ----------
+    layout, params
+        As given.
+    own_index
+        This vehicle's team index.
+    heights_m
+        (N,) float64, ENU z of each landmark as estimated; NaN where nobody known to this vehicle measured it.
+    sd_m
+        (N,) float64, standard deviation of `heights_m`; infinite where nothing is known.
+    accurate
+        (N,) bool, accurately estimated (A^L of definition 2): once True, always True.
+    attempts
+        (N,) int64, measurements known of.
+
+    All arrays are kept up to date in place: copy what must not change.
+
+    >>> layout = LandmarkLayout(np.array([[0.0, 0.0], [1.0, 0.0]]), 1.0)
+    >>> params = LandmarkParams(accurate_sd_m=0.1, best_sd_m=0.05, lowest_m=-10.0, highest_m=10.0)
+    >>> mine, theirs = (LandmarkMap(layout, params, vehicles=2, own_index=index) for index in range(2))
+    >>> for _ in range(4):
+    ...     sealed = mine.observe(np.array([1]), np.array([2.5]), np.array([0.2]))
+    >>> bool(mine.accurate[1]), float(mine.heights_m[1])
+    (True, 2.5)
+    >>> merged = theirs.merge(mine.records())
+    >>> theirs == mine, theirs.merge(mine.records()).changed.size
+    (True, 0)
+    """
+
+    def __init__(self, layout: LandmarkLayout, params: LandmarkParams, vehicles: int, own_index: int) -> None:
+        if not 0 <= own_index < vehicles <= 64:
+            raise ValueError(f"vehicle {own_index} is not one of a team of {vehicles}, at most 64")
+        self.layout, self.params, self.own_index = layout, params, own_index
+        count = len(layout)
+        self.heights_m: FloatArray = np.full(count, np.nan)
+        self.sd_m: FloatArray = np.full(count, np.inf)
+        self.accurate: BoolArray = np.zeros(count, dtype=np.bool_)
+        self.attempts: Integers = np.zeros(count, dtype=np.int64)
+        # A record is one whole number (attempts, information, height from its highest bits on): greater is later.
+        self._contributed: Integers = np.zeros((vehicles, count), dtype=np.int64)
+        self._seals: Integers = np.zeros(count, dtype=np.int64)
+        self._own_information: FloatArray = np.zeros(count)
+        self._own_height_m: FloatArray = np.zeros(count)
+
+    @property
+    def vehicles(self) -> int:
+        """Size of the team."""
+        return len(self._contributed)
+
+    @property
+    def given_up(self) -> BoolArray:
+        """(N,) bool: measured up to the limit of attempts and still not accurate (footnote 3)."""
+        given_up: BoolArray = ~self.accurate & (self.attempts >= self.params.attempts_limit)
+        return given_up
+
+    @property
+    def open(self) -> BoolArray:
+        """(N,) bool: neither accurate nor given up, so still worth a measurement."""
+        worthwhile: BoolArray = ~self.accurate & (self.attempts < self.params.attempts_limit)
+        return worthwhile
+
+    @property
+    def information(self) -> FloatArray:
+        """(N,) float64, inverse variance over that of an accurate landmark: 1 and more is accurate, 0 unknown."""
+        share: FloatArray = (self.params.accurate_sd_m / self.sd_m) ** 2
+        return share
+
+    def observe(self, landmarks: IndexArray, heights_m: FloatArray, sds_m: FloatArray) -> IndexArray:
+        """Fold this vehicle's own measurements in; those of landmarks that are not open change nothing.
+
+        Parameters
+        ----------
+        landmarks : (M,) int64, distinct ids; heights_m, sds_m : (M,) float64, ENU z as measured and its standard
+            deviation (made no better than the sensor's limit). Rows that are not finite count as attempts only.
+
+        Returns
+        -------
+        Ids that became accurately estimated, in the order given. Raises ValueError when an id is unknown or repeated.
+        """
+        ids = np.asarray(landmarks, dtype=np.int64)
+        if len(ids) == 0:
+            return ids
+        if ids.min() < 0 or ids.max() >= len(self.layout) or len(np.unique(ids)) != len(ids):
+            raise ValueError("landmarks measured must be distinct ids of the layout")
+        worthwhile = ~self.accurate[ids] & (self.attempts[ids] < self.params.attempts_limit)
+        ids, heights, sds = ids[worthwhile], heights_m[worthwhile], sds_m[worthwhile]
+        good = np.isfinite(heights) & np.isfinite(sds)
+        most = self.params.best_information / ACCURATE
+        gained = np.where(good, np.minimum((self.params.accurate_sd_m / np.fmax(sds, 1e-300)) ** 2, most), 0.0)
+        total = self._own_information[ids] + gained
+        before = self._own_height_m[ids]
+        share = np.divide(gained, total, out=np.zeros_like(total), where=total > 0)
+        step = share * np.where(good, heights - before, 0.0)
+        self._own_information[ids] = total
+        self._own_height_m[ids] = np.clip(before + step, self.params.lowest_m, self.params.highest_m)
+        attempts = _attempts_of(self._contributed[self.own_index, ids]) + 1
+        whole = np.minimum(np.floor(total * ACCURATE).astype(np.int64), MAX_INFORMATION)
+        quanta = np.rint(self._own_height_m[ids] / self.params.quantum_m).astype(np.int64)
+        self._contributed[self.own_index, ids] = _record(attempts, whole, quanta)
+        return self._refresh(ids)
+
+    def merge(self, records: LandmarkRecords) -> Merged:
+        """Join what a teammate says; impossible records are dropped and counted, never raised."""
+        dropped: Counter[str] = Counter()
+        records = self._believable(records, dropped)
+        if len(records) == 0:
+            return Merged(np.empty(0, np.int64), np.empty(0, np.int64), dropped)
+        words = _record(records.attempts, records.information, records.heights)
+        sealing = records.contributors == SEAL
+        ids, owners = records.landmarks, records.contributors
+        newer = np.where(
+            sealing,
+            words > self._seals[ids],
+            words > self._contributed[np.where(sealing, 0, owners), ids],
+        )
+        changed = np.unique(ids[newer])
+        np.maximum.at(self._seals, ids[newer & sealing], words[newer & sealing])
+        told = newer & ~sealing
+        np.maximum.at(self._contributed, (owners[told], ids[told]), words[told])
+        self._adopt(np.unique(ids[told & (owners == self.own_index)]))
+        return Merged(changed, self._refresh(changed), dropped)
+
+    def records(self, landmarks: IndexArray | None = None) -> LandmarkRecords:
+        """Everything known, of all landmarks or of some: what a repair sends. Seals come first."""
+        ids = np.arange(len(self.layout)) if landmarks is None else np.asarray(landmarks, dtype=np.int64)
+        owners, rows = np.nonzero(self._contributed[:, ids])
+        told = _unpacked(ids[rows], owners.astype(np.int64), self._contributed[owners, ids[rows]])
+        return LandmarkRecords.joined(self.seals(ids), told)
+
+    def seals(self, landmarks: IndexArray) -> LandmarkRecords:
+        """Seals of those of the landmarks that are accurately estimated, in the order given."""
+        ids = landmarks[self.accurate[landmarks]]
+        return _unpacked(ids, np.full(len(ids), SEAL, dtype=np.int64), self._seals[ids])
+
+    def own_records(self, landmarks: IndexArray) -> LandmarkRecords:
+        """What this vehicle itself measured of those of the landmarks that it measured, in the order given."""
+        ids = landmarks[self._contributed[self.own_index, landmarks] != 0]
+        return _unpacked(ids, np.full(len(ids), self.own_index, np.int64), self._contributed[self.own_index, ids])
+
+    def digest(self, blocks: int) -> tuple[int, ...]:
+        """A checksum per block of landmarks (see `block_of`): two maps with equal digests need no repair."""
+        return tuple(self._checksum(self.block_of(block, blocks)) for block in range(blocks))
+
+    def block_of(self, block: int, blocks: int) -> IndexArray:
+        """Ids of one of so many blocks of landmarks."""
+        edges = np.linspace(0, len(self.layout), blocks + 1).astype(int)
+        return np.arange(edges[block], edges[block + 1], dtype=np.int64)
+
+    def _checksum(self, ids: IndexArray) -> int:
+        return zlib.crc32(self._seals[ids].tobytes(), zlib.crc32(self._contributed[:, ids].tobytes()))
+
+    def __eq__(self, other: object) -> bool:
+        """Whether both know the same, whoever they are."""
+        if not isinstance(other, LandmarkMap):
+            return NotImplemented
+        return np.array_equal(self._contributed, other._contributed) and np.array_equal(self._seals, other._seals)
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def _believable(self, records: LandmarkRecords, dropped: Counter[str]) -> LandmarkRecords:
+        """The records that can be true; reasons of the others are counted."""
+        for reason, possible in (
+            ("unknown landmark", self._is_known),
+            ("unknown contributor", self._is_of_team),
+            ("impossible attempts", self._was_attempted),
+            ("impossible height", self._is_within),
+            ("too confident", self._is_attainable),
+        ):
+            good = possible(records)
+            if not good.all():
+                dropped[reason] += int(np.count_nonzero(~good))
+                records = records[good]
+        return records
+
+    def _is_known(self, records: LandmarkRecords) -> BoolArray:
+        known: BoolArray = (records.landmarks >= 0) & (records.landmarks < len(self.layout))
+        return known
+
+    def _is_of_team(self, records: LandmarkRecords) -> BoolArray:
+        ours: BoolArray = (records.contributors >= SEAL) & (records.contributors < self.vehicles)
+        return ours
+
+    def _was_attempted(self, records: LandmarkRecords) -> BoolArray:
+        within = (records.attempts >= 1) & (records.attempts <= self.params.attempts_limit)
+        return np.where(records.contributors == SEAL, records.attempts == 0, within)
+
+    def _is_within(self, records: LandmarkRecords) -> BoolArray:
+        low, high = (height / self.params.quantum_m for height in (self.params.lowest_m, self.params.highest_m))
+        within: BoolArray = (records.heights >= low - 1) & (records.heights <= high + 1)
+        return within
+
+    def _is_attainable(self, records: LandmarkRecords) -> BoolArray:
+        """A contributor stops when a landmark is accurate, so that it exceeds that by one measurement at most."""
+        one = self.params.best_information
+        most = np.minimum(np.clip(records.attempts, 0, MAX_ATTEMPTS) * one, ACCURATE + one)
+        told = (records.information >= 0) & (records.information <= most)
+        sealed = (records.information >= ACCURATE) & (records.information <= self.vehicles * (ACCURATE + one))
+        return np.where(records.contributors == SEAL, sealed, told)
+
+    def _adopt(self, ids: IndexArray) -> None:
+        """Continue own sums that a teammate remembers better: those of before a restart."""
+        words = self._contributed[self.own_index, ids]
+        self._own_information[ids] = _information_of(words) / ACCURATE
+        self._own_height_m[ids] = _height_of(words) * self.params.quantum_m
+
+    def _refresh(self, ids: IndexArray) -> IndexArray:
+        """Bring the arrays of some landmarks up to date; return those that became accurate."""
+        words = self._contributed[:, ids]
+        information, heights = _information_of(words), _height_of(words)
+        self.attempts[ids] = _attempts_of(words).sum(axis=0)
+        total = information.sum(axis=0)
+        mean = np.rint((information * heights).sum(axis=0) / np.maximum(total, 1)).astype(np.int64)
+        due = (total >= ACCURATE) & (self._seals[ids] == 0)
+        self._seals[ids[due]] = _record(np.zeros(int(due.sum()), np.int64), total[due], mean[due])
+        seals = self._seals[ids]
+        sealed = seals != 0
+        total = np.where(sealed, _information_of(seals), total)
+        mean = np.where(sealed, _height_of(seals), mean)
+        known = total > 0
+        self.heights_m[ids] = np.where(known, mean * self.params.quantum_m, np.nan)
+        with np.errstate(divide="ignore"):
+            self.sd_m[ids] = np.where(known, self.params.accurate_sd_m * np.sqrt(ACCURATE / total), np.inf)
+        new = sealed & ~self.accurate[ids]
+        self.accurate[ids[new]] = True
+        newly: IndexArray = ids[new]
+        return newly
+
+
+def _record(attempts: Integers, information: Integers, heights: Integers) -> Integers:
+    words: Integers = (
+        (attempts << (_INFORMATION_BITS + _HEIGHT_BITS)) | (information << _HEIGHT_BITS) | (heights + _HEIGHT_BASE)
+    )
+    return words
+
+
+def _attempts_of(words: Integers) -> Integers:
+    attempts: Integers = words >> (_INFORMATION_BITS + _HEIGHT_BITS)
+    return attempts
+
+
+def _information_of(words: Integers) -> Integers:
+    information: Integers = (words >> _HEIGHT_BITS) & _INFORMATION_MASK
+    return information
+
+
+def _height_of(words: Integers) -> Integers:
+    heights: Integers = (words & _HEIGHT_MASK) - _HEIGHT_BASE
+    return heights
+
+
+def _unpacked(landmarks: Integers, contributors: Integers, words: Integers) -> LandmarkRecords:
+    return LandmarkRecords(landmarks, contributors, _attempts_of(words), _height_of(words), _information_of(words))
