@@ -20,6 +20,8 @@ from vehicle_agent.wire.messages import (
     DeltaRecord,
     Digest,
     Event,
+    LandmarkDigest,
+    Landmarks,
     MapDelta,
     Message,
     Orders,
@@ -119,6 +121,14 @@ BY_TYPE: dict[type, st.SearchStrategy[typing.Any]] = {
         sector_cm=POLYGONS,
         speed_limit_cm_s=st.integers(0, 2**31),
     ),
+    Landmarks: st.builds(
+        Landmarks,
+        **HEADER,
+        position_cm=POSITIONS,
+        position_sd_cm=st.integers(0, 10**8),
+        records=st.binary(max_size=300),
+    ),
+    LandmarkDigest: st.builds(LandmarkDigest, **HEADER, checksums=st.lists(U32, min_size=1, max_size=64).map(tuple)),
 }
 MESSAGES = st.one_of(*BY_TYPE.values())
 
@@ -163,6 +173,8 @@ def samples() -> list[AnyMessage]:
         Repair(**header, records=(record, record)),
         Scan(**header, cells=bytes(100)),
         BodyReport(**header, vehicle="merlin", position_cm=here, armed=True, has_flown=True, crashed=False, mode="rtl"),
+        Landmarks(**header, position_cm=here, position_sd_cm=120, records=bytes(60)),
+        LandmarkDigest(**header, checksums=(1, 2**32 - 1)),
     ]  # fmt: skip
 
 
