@@ -24,7 +24,7 @@ def covered_fraction(plan: MissionPlan, elevation_m: FloatArray, places_enu_m: M
     elevation_m : (columns, rows) float64, the true surface, ENU z.
     places_enu_m : where each vehicle was last at work, by name.
     """
-    from vehicle_agent.domain.visibility import view  # loads numba: only where something was covered
+    from vehicle_agent.domain.sensing import view  # loads numba: only where something was covered
 
     seen = np.zeros(plan.grid.shape, dtype=np.bool_)
     for vehicle in plan.mission.vehicles:

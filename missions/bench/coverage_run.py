@@ -15,10 +15,10 @@ import numpy as np
 
 from vehicle_agent.domain.elevation import CellObservations, ElevationMap
 from vehicle_agent.domain.frames import FloatArray, Point
-from vehicle_agent.domain.grid import Grid
+from vehicle_agent.domain.grid import Grid, IndexArray
 from vehicle_agent.domain.paths import assumed_surface
 from vehicle_agent.domain.polygon import BoolArray
-from vehicle_agent.domain.visibility import eyes_in_cells, mark_view
+from vehicle_agent.domain.visibility import eyes_in_cells, seen_cells
 from vehicle_agent.planning.constraints import Constraints, Reservation
 from vehicle_agent.planning.interface import Finished, Observation, Planner, Situation, Teammate, Waypoint
 
@@ -100,11 +100,11 @@ class _Coverage:
         team: CoverageTeam,
     ) -> None:
         self._grid, self._truth, self._team, self._planners = grid, elevation_m, team, planners
-        self._top_m = float(elevation_m.max())
         self._area: BoolArray = np.ones(grid.shape, dtype=np.bool_)
         self._map = ElevationMap(grid)
-        self._watchers = np.zeros(grid.shape, dtype=np.int64)
-        self._views: list[BoolArray] = []
+        self._watchers = np.zeros(grid.cells, dtype=np.int64)
+        self._observed: BoolArray = np.zeros(grid.cells, dtype=np.bool_)
+        self._views: list[IndexArray] = []
         self._positions: list[Point] = [(float(e), float(n), float(u)) for e, n, u in starts_enu_m]
         self._goals: list[Point | None] = [None] * len(planners)
         self._ask_ms: list[float] = []
@@ -114,7 +114,7 @@ class _Coverage:
         self._map_changed = False
         for position in self._positions:
             self._views.append(self._look(position))
-            self._watchers += self._views[-1]
+            self._watchers[self._views[-1]] += 1
 
     def run(self, iterations: int) -> CoverageRun:
         track = [list(self._positions)]
@@ -136,13 +136,13 @@ class _Coverage:
     def _covered(self) -> float:
         return float(np.count_nonzero(self._watchers)) / self._watchers.size
 
-    def _look(self, position: Point) -> BoolArray:
+    def _look(self, position: Point) -> IndexArray:
         """What is seen from a place; what of it nobody had seen goes into the team's map."""
-        seen = np.zeros(self._grid.shape, dtype=np.bool_)
         eye = eyes_in_cells(self._grid, np.array(position))[0]
-        mark_view(self._truth, eye, self._grid.cell_m, self._team.range_m, self._top_m, seen)
-        new = np.flatnonzero(seen & ~self._map.observed)
+        seen = seen_cells(self._truth, eye, self._grid.cell_m, self._team.range_m)
+        new = seen[~self._observed[seen]]
         if len(new):
+            self._observed[new] = True
             heights_dm = np.round(self._truth.ravel()[new] * 10.0).astype(np.int32)
             self._map.observe(0, CellObservations(new, heights_dm, np.full(len(new), self._iteration, dtype=np.int64)))
             self._map_changed = True
@@ -183,9 +183,9 @@ class _Coverage:
         part = min(1.0, self._team.step_m / max(math.dist(here, end), 1e-9))
         east, north, up = (h + part * (e - h) for h, e in zip(here, end, strict=True))
         self._positions[index] = (east, north, up)
-        self._watchers -= self._views[index]
+        self._watchers[self._views[index]] -= 1
         self._views[index] = self._look(self._positions[index])
-        self._watchers += self._views[index]
+        self._watchers[self._views[index]] += 1
         place = self._positions[index]
         rivals = (math.dist(place, other) for k, other in enumerate(self._positions) if k != index)
         self._nearest_m = min(self._nearest_m, min(rivals, default=math.inf))

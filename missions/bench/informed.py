@@ -14,7 +14,7 @@ from missions.bench.coverage_run import CoverageTeam
 from vehicle_agent.domain.frames import FloatArray
 from vehicle_agent.domain.grid import Grid
 from vehicle_agent.domain.polygon import BoolArray
-from vehicle_agent.domain.visibility import eyes_in_cells, mark_view, weigh_views
+from vehicle_agent.domain.visibility import eyes_in_cells, seen_cells, weigh_views
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,18 +57,17 @@ class _Surface:
         self.full_grid, self.full_m, self.team = grid, elevation_m, team
         self.grid = Grid(grid.west_m, grid.south_m, grid.cell_m * block, columns, rows)
         self.elevation_m = np.ascontiguousarray(trimmed.reshape(columns, block, rows, block).mean(axis=(1, 3)))
-        self.top_m = float(self.elevation_m.max())
 
     def view(self, place: FloatArray) -> BoolArray:
         seen = np.zeros(self.grid.shape, dtype=np.bool_)
         eye = eyes_in_cells(self.grid, place)[0]
-        mark_view(self.elevation_m, eye, self.grid.cell_m, self.team.range_m, self.top_m, seen)
+        seen.ravel()[seen_cells(self.elevation_m, eye, self.grid.cell_m, self.team.range_m)] = True
         return seen
 
     def gains(self, places: FloatArray, unseen: BoolArray) -> FloatArray:
         eyes = eyes_in_cells(self.grid, places)
         weights = unseen.astype(np.float64)
-        return weigh_views(self.elevation_m, eyes, self.grid.cell_m, self.team.range_m, self.top_m, weights)
+        return weigh_views(self.elevation_m, eyes, self.grid.cell_m, self.team.range_m, weights)
 
     def admissible(self, places: FloatArray) -> FloatArray:
         """Places moved into the area and their height band; those where there is none left out."""

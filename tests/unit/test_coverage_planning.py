@@ -16,7 +16,7 @@ from vehicle_agent.domain.elevation import CellObservations, ElevationMap
 from vehicle_agent.domain.frames import FloatArray
 from vehicle_agent.domain.grid import Grid
 from vehicle_agent.domain.paths import ground_heights
-from vehicle_agent.domain.visibility import view
+from vehicle_agent.domain.sensing import view
 from vehicle_agent.planning.cao import CaoParams
 from vehicle_agent.planning.constraints import Constraints
 from vehicle_agent.planning.coverage import CaoCoverage, StepSchedule, coverage_objective, coverage_share

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from vehicle_agent.domain.grid import Grid
-from vehicle_agent.domain.rays import sight_is_clear
 from vehicle_agent.domain.sensing import visible_surface
 
 GRID = Grid(0.0, 0.0, 10.0, 9, 9)
@@ -105,7 +104,9 @@ def test_an_unknown_neighbour_does_not_open_a_known_wall() -> None:
 
 
 def test_straight_down_nothing_is_in_the_way() -> None:
-    assert sight_is_clear(np.full((3, 3), 50.0), 1.2, 1.2, 60.0, 1.2, 1.2, 0.0)
+    pit = np.full(GRID.shape, 50.0)
+    pit[4, 4] = 0.0
+    assert (4, 4) in seen(pit, (*MIDDLE, 60.0), 1_000.0)
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])

@@ -14,9 +14,8 @@ from vehicle_agent.domain.paths import (
 )
 from vehicle_agent.domain.polynomials import cubic_monomials
 from vehicle_agent.domain.ray_fan import count_seen, down_looking_fan, first_with_view, unknown_met
-from vehicle_agent.domain.rays import sight_is_clear, visible_cells
 from vehicle_agent.domain.tours import share_out
-from vehicle_agent.domain.visibility import mark_view, weigh_views
+from vehicle_agent.domain.visibility import seen_cells, weigh_views
 from vehicle_agent.domain.voxel_grid import VoxelGrid
 from vehicle_agent.domain.voxel_paths import voxel_distances
 from vehicle_agent.domain.voxels import VoxelMap
@@ -26,15 +25,13 @@ def warm_up() -> None:
     """Call every kernel with the types it is used with."""
     elevation = np.zeros((4, 4))
     point = np.zeros(3)
-    sight_is_clear(elevation, 0.0, 0.0, 1.0, 3.0, 3.0, 0.0)
-    visible_cells(elevation, 0.0, 0.0, 1.0, 1.0, 2.0)
     leg_clearances(elevation, 0.0, 0.0, 1.0, point, np.ones((2, 3)))
     segment_distance_m(point, point, point, point)
     ground_heights(elevation, 0.0, 0.0, 1.0, np.ones((2, 3)))
     come_too_near(point, np.ones((2, 3)), np.ones((2, 3)), np.ones((2, 3)), 1.0)
     cubic_monomials(np.ones((2, 3)))
-    mark_view(elevation, point, 1.0, 2.0, 0.0, np.zeros((4, 4), dtype=np.bool_))
-    weigh_views(elevation, np.ones((2, 3)), 1.0, 2.0, 0.0, elevation)
+    seen_cells(elevation, point, 1.0, 2.0)
+    weigh_views(elevation, np.ones((2, 3)), 1.0, 2.0, elevation)
     assumed_surface(elevation, np.ones((4, 4), dtype=np.bool_), 1.0, 2, 1.5)
     travel_distances(np.ones((4, 4), dtype=np.bool_), 0, 0)
     places = np.zeros((2, 2))

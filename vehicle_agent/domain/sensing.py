@@ -8,7 +8,8 @@ import numpy as np
 
 from vehicle_agent.domain.frames import FloatArray, Point
 from vehicle_agent.domain.grid import Grid, IndexArray
-from vehicle_agent.domain.rays import visible_cells
+from vehicle_agent.domain.polygon import BoolArray
+from vehicle_agent.domain.visibility import eyes_in_cells, seen_cells
 
 
 def visible_surface(grid: Grid, elevation_m: FloatArray, position_enu_m: Point, range_m: float) -> IndexArray:
@@ -30,12 +31,12 @@ def visible_surface(grid: Grid, elevation_m: FloatArray, position_enu_m: Point, 
     """
     if not all(math.isfinite(coordinate) for coordinate in position_enu_m):
         return np.empty(0, dtype=np.int64)
-    east_m, north_m, up_m = position_enu_m
-    return visible_cells(
-        np.ascontiguousarray(elevation_m),
-        (east_m - grid.west_m) / grid.cell_m - 0.5,
-        (north_m - grid.south_m) / grid.cell_m - 0.5,
-        up_m,
-        grid.cell_m,
-        range_m,
-    )
+    eye = eyes_in_cells(grid, np.array(position_enu_m))[0]
+    return seen_cells(np.ascontiguousarray(elevation_m), eye, grid.cell_m, range_m)
+
+
+def view(grid: Grid, elevation_m: FloatArray, position_enu_m: Point, range_m: float) -> BoolArray:
+    """The same cells as a mask, (columns, rows) bool: O_t of Renzaglia 2020, section 3."""
+    seen = np.zeros(grid.shape, dtype=np.bool_)
+    seen.ravel()[visible_surface(grid, elevation_m, position_enu_m, range_m)] = True
+    return seen

@@ -1,7 +1,9 @@
-"""How much of a surface many places see: the counts that coverage planning compares, as compiled kernels.
+"""What a place sees of a surface, as compiled kernels: the cells themselves, or the sum of their weights.
 
-The sight is that of `vehicle_agent.domain.rays`, walked from the seen cell towards the eye: a ray that rises on that
-way is decided as soon as it is above everything, one that is blocked is mostly blocked by ground nearby.
+Heights live at cell centres and are joined linearly along the grid lines that a ray crosses on its longer axis. An
+unknown height (NaN) hides nothing: what nobody knows may still be seen. A ray is walked from the seen cell towards the
+eye: where it is blocked, it is mostly blocked by ground nearby, and where it has come above all ground that is nearer
+to the eye, it is decided.
 """
 
 from __future__ import annotations
@@ -11,9 +13,11 @@ import math
 import numpy as np
 
 from vehicle_agent.domain.compiled import compiled
-from vehicle_agent.domain.frames import FloatArray, Point
-from vehicle_agent.domain.grid import Grid
-from vehicle_agent.domain.polygon import BoolArray
+from vehicle_agent.domain.frames import FloatArray
+from vehicle_agent.domain.grid import Grid, IndexArray
+
+MOST_RINGS = 512
+"""Ground farther from the eye, in cells, is not looked through for its highest point."""
 
 
 def eyes_in_cells(grid: Grid, positions_enu_m: FloatArray) -> FloatArray:
@@ -24,22 +28,21 @@ def eyes_in_cells(grid: Grid, positions_enu_m: FloatArray) -> FloatArray:
     return eyes
 
 
-def view(grid: Grid, elevation_m: FloatArray, position_enu_m: Point, range_m: float) -> BoolArray:
-    """Cells that an omnidirectional sensor sees, (columns, rows) bool: O_t of Renzaglia 2020, section 3.
-
-    The same cells as `vehicle_agent.domain.sensing.visible_surface`.
-    """
-    seen = np.zeros(grid.shape, dtype=np.bool_)
-    if all(math.isfinite(coordinate) for coordinate in position_enu_m):
-        eye = eyes_in_cells(grid, np.array(position_enu_m))[0]
-        mark_view(np.ascontiguousarray(elevation_m), eye, grid.cell_m, range_m, highest(elevation_m), seen)
-    return seen
-
-
-def highest(elevation_m: FloatArray) -> float:
-    """Highest known elevation, metres; minus infinity where nothing is known."""
-    known = elevation_m[~np.isnan(elevation_m)]
-    return float(known.max()) if len(known) else -math.inf
+@compiled
+def _raise_tops(elevation: FloatArray, u: float, v: float, tops: FloatArray) -> None:
+    """Set `tops[d]` to the highest ground within d cells of an eye along either axis; the last one stands for more."""
+    columns, rows = elevation.shape
+    middle_column, middle_row, rings = math.floor(u + 0.5), math.floor(v + 0.5), len(tops) - 1
+    tops[:] = -math.inf
+    tops[rings] = math.inf
+    for column in range(max(0, middle_column - rings + 1), min(columns, middle_column + rings)):
+        for row in range(max(0, middle_row - rings + 1), min(rows, middle_row + rings)):
+            ring = max(abs(column - middle_column), abs(row - middle_row))
+            height = elevation[column, row]
+            if height > tops[ring]:
+                tops[ring] = height
+    for ring in range(1, rings):
+        tops[ring] = max(tops[ring], tops[ring - 1])
 
 
 @compiled
@@ -55,11 +58,11 @@ def _is_seen(
     eye_line: float,
     eye_other: float,
     eye_z: float,
-    top: float,
+    tops: FloatArray,
 ) -> bool:
     """Tell whether the eye sees a cell's surface point; `line` runs along the ray's longer axis.
 
-    `flat` is the surface as a vector; a step along either axis is its stride. Nothing rises above `top`.
+    `flat` is the surface as a vector; a step along either axis is its stride.
     """
     away = eye_line - line
     if away == 0.0:
@@ -68,15 +71,17 @@ def _is_seen(
     steps = math.ceil(length - 1e-9) - 1
     room = lines - 1 - line if away > 0.0 else line
     steps = min(steps, room)
-    rise = (eye_z - height) / length
-    if rise > 0.0:
-        steps = min(steps, int(max(top - height, 0.0) / rise) + 1)
-    slope = (eye_other - other) / length
+    inverse = 1.0 / length
+    rise, slope = (eye_z - height) * inverse, (eye_other - other) * inverse
     stride = line_stride if away > 0.0 else -line_stride
     base = line * line_stride
     ray = height + 1e-9
     across = float(other)
+    ring, last = int(length) + 1, len(tops) - 1
     for _ in range(steps):
+        if min(ray, eye_z) > tops[min(ring, last)]:
+            return True
+        ring -= 1
         base += stride
         ray += rise
         across += slope
@@ -108,56 +113,61 @@ def _sees(
     column: int,
     row: int,
     height: float,
-    top: float,
+    tops: FloatArray,
 ) -> bool:
     if abs(column - u) >= abs(row - v):
-        return _is_seen(flat, rows, 1, columns, rows, column, row, height, u, v, z, top)
-    return _is_seen(flat, 1, rows, rows, columns, row, column, height, v, u, z, top)
+        return _is_seen(flat, rows, 1, columns, rows, column, row, height, u, v, z, tops)
+    return _is_seen(flat, 1, rows, rows, columns, row, column, height, v, u, z, tops)
 
 
 @compiled
-def mark_view(
-    elevation: FloatArray, eye: FloatArray, cell_m: float, range_m: float, top: float, seen: BoolArray
-) -> int:
-    """Set `seen` for every known cell in range and in sight of an eye; return how many there are.
+def seen_cells(elevation: FloatArray, eye: FloatArray, cell_m: float, range_m: float) -> IndexArray:
+    """Flat indices (increasing) of the known cells in range and in sight of an eye.
 
     Parameters
     ----------
     elevation : (columns, rows) float64, ENU z in metres, NaN where unknown.
     eye : (3,) float64, horizontal coordinates in cells (centres at whole numbers), height in metres.
-    top : highest elevation, metres.
-    seen : (columns, rows) bool, written to.
     """
     columns, rows = elevation.shape
     flat = elevation.ravel()
     reach = range_m / cell_m
     u, v, z = eye[0], eye[1], eye[2]
+    first_column, last_column = max(0, math.ceil(u - reach)), min(columns - 1, math.floor(u + reach))
+    first_row, last_row = max(0, math.ceil(v - reach)), min(rows - 1, math.floor(v + reach))
+    seen = np.empty(max(0, last_column - first_column + 1) * max(0, last_row - first_row + 1), dtype=np.int64)
     count = 0
-    for column in range(max(0, math.ceil(u - reach)), min(columns - 1, math.floor(u + reach)) + 1):
-        for row in range(max(0, math.ceil(v - reach)), min(rows - 1, math.floor(v + reach)) + 1):
+    if len(seen) == 0:
+        return seen
+    tops = np.empty(int(min(reach, MOST_RINGS)) + 4)
+    _raise_tops(elevation, u, v, tops)
+    for column in range(first_column, last_column + 1):
+        for row in range(first_row, last_row + 1):
             height = elevation[column, row]
             east, north, up = (column - u) * cell_m, (row - v) * cell_m, height - z
             in_range = east * east + north * north + up * up <= range_m * range_m  # never for an unknown cell
-            if in_range and _sees(flat, columns, rows, u, v, z, column, row, height, top):
-                seen[column, row] = True
+            if in_range and _sees(flat, columns, rows, u, v, z, column, row, height, tops):
+                seen[count] = column * rows + row
                 count += 1
-    return count
+    return seen[:count].copy()
 
 
 @compiled
 def weigh_views(
-    elevation: FloatArray, eyes: FloatArray, cell_m: float, range_m: float, top: float, weights: FloatArray
+    elevation: FloatArray, eyes: FloatArray, cell_m: float, range_m: float, weights: FloatArray
 ) -> FloatArray:
     """Sum of `weights` over the cells that each eye sees: eyes (M, 3) -> (M,) float64.
 
-    Parameters as for `mark_view`; `weights` is (columns, rows) float64, and cells of no weight cost no ray.
+    Parameters as for `seen_cells`; `weights` is (columns, rows) float64, and cells of no weight cost no ray.
     """
     columns, rows = elevation.shape
     flat = elevation.ravel()
     reach = range_m / cell_m
     sums = np.zeros(len(eyes))
+    tops = np.empty(int(min(reach, MOST_RINGS)) + 4)
     for index in range(len(eyes)):
         u, v, z = eyes[index, 0], eyes[index, 1], eyes[index, 2]
+        _raise_tops(elevation, u, v, tops)
         for column in range(max(0, math.ceil(u - reach)), min(columns - 1, math.floor(u + reach)) + 1):
             for row in range(max(0, math.ceil(v - reach)), min(rows - 1, math.floor(v + reach)) + 1):
                 weight = weights[column, row]
@@ -166,6 +176,6 @@ def weigh_views(
                 height = elevation[column, row]
                 east, north, up = (column - u) * cell_m, (row - v) * cell_m, height - z
                 in_range = east * east + north * north + up * up <= range_m * range_m
-                if in_range and _sees(flat, columns, rows, u, v, z, column, row, height, top):
+                if in_range and _sees(flat, columns, rows, u, v, z, column, row, height, tops):
                     sums[index] += weight
     return sums

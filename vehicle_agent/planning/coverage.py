@@ -10,7 +10,7 @@ import numpy as np
 from vehicle_agent.domain.elevation import ElevationMap
 from vehicle_agent.domain.frames import Point
 from vehicle_agent.domain.polygon import BoolArray
-from vehicle_agent.domain.visibility import view
+from vehicle_agent.domain.sensing import view
 from vehicle_agent.planning.cao import Cao, CaoParams
 from vehicle_agent.planning.interface import Decision, Observation, Situation, Wait, Waypoint
 

@@ -31,8 +31,6 @@ class GroundEstimate:
         Cells of the estimate; they may reach over the map's border by less than a cell.
     elevation_m
         (columns, rows) float64, ENU z, known everywhere.
-    top_m
-        Its highest point.
     weights
         (columns, rows) float64, cells of the map in the area that each cell stands for.
     """
@@ -43,7 +41,6 @@ class GroundEstimate:
         self.grid = Grid(grid.west_m, grid.south_m, grid.cell_m * block, columns, rows)
         self.weights: FloatArray = self._sums(area_cells)
         self.elevation_m: FloatArray = np.zeros((columns, rows))
-        self.top_m = 0.0
 
     def take(self, team_map: ElevationMap) -> None:
         """Estimate anew from what the team knows; nothing known is level ground at height zero."""
@@ -58,7 +55,6 @@ class GroundEstimate:
             nearest = distance_transform_edt(~known, return_distances=False, return_indices=True)
             means = means[tuple(nearest)]
         self.elevation_m = np.ascontiguousarray(means)
-        self.top_m = float(means.max())
 
     def ground_m(self, points_enu_m: FloatArray) -> FloatArray:
         """Ground under points, ENU z: (N, 2 or 3) -> (N,); points outside get the nearest border cell's."""

@@ -15,8 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from vehicle_agent.domain.frames import FloatArray, Point
+from vehicle_agent.domain.grid import IndexArray
 from vehicle_agent.domain.polygon import BoolArray
-from vehicle_agent.domain.visibility import eyes_in_cells, mark_view, weigh_views
+from vehicle_agent.domain.visibility import eyes_in_cells, seen_cells, weigh_views
 from vehicle_agent.planning.frontier_travel import bearing_word
 from vehicle_agent.planning.ground_estimate import GroundEstimate
 from vehicle_agent.planning.interface import Decision, Finished, Observation, Situation, Wait, Waypoint
@@ -95,7 +96,7 @@ class Stations:
         self._rest: dict[int, tuple[Point, Point | None]] = {}
         self._known = -1
         self._team: tuple[int, ...] = ()
-        self._views: dict[int, tuple[Point, BoolArray]] = {}
+        self._views: dict[int, tuple[Point, IndexArray]] = {}
 
     def tell(self, observation: Observation) -> None:
         """Nothing is learned from measurements beyond the map."""
@@ -171,7 +172,7 @@ class Stations:
         wanted = estimate.weights * ~self._seen_by_teammates(situation, estimate)
         proposals = self._admissible(situation, estimate, self._proposals(situation, estimate, station, wanted))
         eyes = eyes_in_cells(estimate.grid, proposals)
-        gains = weigh_views(estimate.elevation_m, eyes, estimate.grid.cell_m, situation.range_m, estimate.top_m, wanted)
+        gains = weigh_views(estimate.elevation_m, eyes, estimate.grid.cell_m, situation.range_m, wanted)
         cooled = self._decisions / max(1, params.heated_decisions)
         values = gains
         if cooled < 1.0:
@@ -191,12 +192,11 @@ class Stations:
         seen = np.zeros(estimate.grid.shape, dtype=np.bool_)
         for mate, place in zip(situation.teammates, self._places(situation), strict=True):
             known = self._views.get(mate.index)
-            if known is None or known[0] != place or known[1].shape != seen.shape:
-                view: BoolArray = np.zeros(estimate.grid.shape, dtype=np.bool_)
+            if known is None or known[0] != place:
                 eye = eyes_in_cells(estimate.grid, np.array(place))[0]
-                mark_view(estimate.elevation_m, eye, estimate.grid.cell_m, situation.range_m, estimate.top_m, view)
+                view = seen_cells(estimate.elevation_m, eye, estimate.grid.cell_m, situation.range_m)
                 known = self._views[mate.index] = (place, view)
-            seen |= known[1]
+            seen.ravel()[known[1]] = True
         return seen
 
     def _places(self, situation: Situation) -> list[Point]:
