@@ -16,8 +16,9 @@ from sim_bridge.referee import Referee
 from sim_bridge.vehicles.build import body_kind, new_vehicle
 from sim_bridge.world import World
 from vehicle_agent.domain.elevation import CellObservations
+from vehicle_agent.domain.range_image import RangeImage
 from vehicle_agent.mission.load import MissionPlan
-from vehicle_agent.mission.model import SingleBeamSensor
+from vehicle_agent.mission.model import HalfSphereSensor, SingleBeamSensor
 
 STEP_US = 50_000
 """Longest physical step, microseconds."""
@@ -101,15 +102,18 @@ class Fleet:
         for vehicle in self.vehicles:
             vehicle.update(dt_s)
         airborne = np.array([not vehicle.landed for vehicle in self.vehicles])
+        if self.world.town is not None:
+            for index in np.flatnonzero(airborne & self.world.town.touched_by(self.bodies.position_enu_m)):
+                self.vehicles[index].hit_building()
         self.referee.observe(self.bodies.position_enu_m, airborne, dt_s)
 
-    def scan(self, index: int) -> CellObservations:
+    def scan(self, index: int) -> CellObservations | RangeImage:
         """What vehicle `index`'s sensor sees of the true surface now."""
-        return self.world.scan(
-            self.vehicles[index].true_position_enu_m,
-            self.plan.mission.vehicles[index].sensor.range_m,
-            self.clock.unix_ms,
-        )
+        sensor, stamp_ms = self.plan.mission.vehicles[index].sensor, self.clock.unix_ms
+        position_enu_m = self.vehicles[index].true_position_enu_m
+        if self.world.town is not None and isinstance(sensor, HalfSphereSensor):
+            return self.world.town.scan(position_enu_m, sensor.range_m, stamp_ms)
+        return self.world.scan(position_enu_m, sensor.range_m, stamp_ms)
 
     @property
     def crashes(self) -> int:

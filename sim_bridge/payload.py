@@ -5,9 +5,11 @@ from __future__ import annotations
 from typing import Protocol
 
 from sim_bridge.fleet import Fleet
-from vehicle_agent.mission.model import RangeSensor
+from vehicle_agent.domain.range_image import RangeImage
+from vehicle_agent.mission.model import HalfSphereSensor, RangeSensor
 from vehicle_agent.wire.cells import pack_cells
 from vehicle_agent.wire.messages import AnyMessage, BodyReport, Scan
+from vehicle_agent.wire.range_blob import pack_ranges
 
 PARTICIPANT = "simulator"
 BODY_PERIOD_US = 1_000_000
@@ -39,7 +41,11 @@ class Payload:
         now_us = self._fleet.clock.elapsed_us
         for index, vehicle in enumerate(self._fleet.vehicles):
             sensor = self._fleet.plan.mission.vehicles[index].sensor
-            if isinstance(sensor, RangeSensor) and vehicle.armed and now_us >= self._scan_due_us[index]:
+            if (
+                isinstance(sensor, RangeSensor | HalfSphereSensor)
+                and vehicle.armed
+                and now_us >= self._scan_due_us[index]
+            ):
                 period_us = round(sensor.period_s * 1e6)
                 self._scan_due_us[index] = now_us + period_us
                 self._publish_scan(index)
@@ -59,7 +65,8 @@ class Payload:
         }
 
     def _publish_scan(self, index: int) -> None:
-        blob = pack_cells(self._fleet.scan(index))
+        seen = self._fleet.scan(index)
+        blob = pack_ranges(seen) if isinstance(seen, RangeImage) else pack_cells(seen)
         name = self._fleet.plan.vehicle_names[index]
         self._link.publish(Scan(**self._header(), cells=blob), participant=name)  # type: ignore[arg-type]
 

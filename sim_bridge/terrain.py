@@ -12,7 +12,7 @@ import numpy as np
 from vehicle_agent.domain.frames import FloatArray
 from vehicle_agent.domain.grid import Grid, IndexArray
 from vehicle_agent.mission.load import MissionError, MissionPlan
-from vehicle_agent.mission.model import FlatTerrain, GaussianTerrain, GridTerrain
+from vehicle_agent.mission.model import FlatTerrain, GaussianTerrain, GridTerrain, TownTerrain
 
 HILLS_SPAWN_KEY = (1000,)
 """Key of the hills' random stream: apart from those of the vehicles, which are keyed by their index."""
@@ -25,6 +25,8 @@ def true_surface(plan: MissionPlan) -> FloatArray:
         return _measured(plan, terrain) - plan.datum.altitude_amsl_m
     if isinstance(terrain, GaussianTerrain):
         return _hills(plan, terrain)
+    if isinstance(terrain, TownTerrain):
+        return np.zeros(plan.grid.shape)
     assert isinstance(terrain, FlatTerrain)
     return np.full(plan.grid.shape, terrain.elevation_amsl_m - plan.datum.altitude_amsl_m)
 

@@ -324,6 +324,11 @@ class Vehicle(VehicleState):
             self.say(2, "Offboard control lost")
             take(self, action)
 
+    def hit_building(self) -> None:
+        """Its body has touched something that is no ground: it never flies again."""
+        if not self.crashed:
+            self._crash()
+
     def _crash(self) -> None:
         self.crashed = True
         self.landed = True

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,6 +14,10 @@ from vehicle_agent.domain.frames import FloatArray, Point
 from vehicle_agent.domain.grid import Grid
 from vehicle_agent.domain.sensing import visible_surface
 from vehicle_agent.mission.load import MissionError, MissionPlan
+from vehicle_agent.mission.model import TownTerrain
+
+if TYPE_CHECKING:
+    from sim_bridge.town_world import Town
 
 BELOW_GROUND_TOLERANCE_M = 0.05
 
@@ -68,22 +73,30 @@ class World:
     grid
         The mission's cells.
     elevation_m
-        (columns, rows) float64, ENU z of the surface at cell centres, metres; finite everywhere.
+        (columns, rows) float64, ENU z of the surface at cell centres, metres; finite everywhere. In a town the ground.
+    town
+        What stands on the ground; None in the open country.
     """
 
-    __slots__ = ("_elevation_dm", "elevation_m", "grid")
+    __slots__ = ("_elevation_dm", "elevation_m", "grid", "town")
 
-    def __init__(self, grid: Grid, elevation_m: FloatArray) -> None:
+    def __init__(self, grid: Grid, elevation_m: FloatArray, town: Town | None = None) -> None:
         if elevation_m.shape != grid.shape or not np.isfinite(elevation_m).all():
             raise ValueError("elevation_m must be finite and of the grid's shape")
         self.grid = grid
+        self.town = town
         self.elevation_m = np.ascontiguousarray(elevation_m, dtype=np.float64)
         self._elevation_dm = np.rint(self.elevation_m * 10.0).astype(np.int32).ravel()
 
     @classmethod
     def of(cls, plan: MissionPlan) -> World:
         """Build a mission's world; MissionError when its terrain is unusable or a vehicle starts below ground."""
-        world = cls(plan.grid, true_surface(plan))
+        town = None
+        if isinstance(plan.mission.terrain, TownTerrain):
+            from sim_bridge.town_world import Town  # its kernels load only where there is a town
+
+            town = Town.of(plan)
+        world = cls(plan.grid, true_surface(plan), town)
         for index, vehicle in enumerate(plan.mission.vehicles):
             if len(vehicle.start_enu_m) < 3:
                 continue

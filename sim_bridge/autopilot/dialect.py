@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import struct
 from typing import Any
 
 os.environ.setdefault("MAVLINK20", "1")
@@ -23,6 +24,9 @@ available_modes_monitor_message = development.MAVLink_available_modes_monitor_me
 ONE_MINUTE = 6_000_000
 """Signing timestamps count 10 microseconds."""
 
+_HEAD = struct.Struct("<BBBBBBHB")
+"""A frame's header after its magic byte."""
+
 __all__ = [
     "AVAILABLE_MODES_ID",
     "AVAILABLE_MODES_MONITOR_ID",
@@ -31,6 +35,7 @@ __all__ = [
     "Message",
     "available_modes_message",
     "available_modes_monitor_message",
+    "frame_of",
     "mavlink",
     "new_codec",
     "new_signing",
@@ -58,6 +63,29 @@ class Codec(mavlink.MAVLink):  # type: ignore[misc]
         signing.stream_timestamps[stream] = stamp
         signing.timestamp = max(signing.timestamp, stamp)
         return True
+
+
+def frame_of(message: Message, codec: Codec) -> bytes:
+    """The bytes of a message with the codec's ids, its sequence number and, when it signs, its signature.
+
+    What `message.pack(codec)` gives, at a third of the cost, most of which the library spends on objects that keep
+    what is known already. The content is packed once, however many connections it goes to.
+    """
+    if codec.signing.sign_outgoing:
+        message.__dict__.pop("_pack", None)
+        return bytes(message.pack(codec))
+    if message._payload is None:
+        # The generated `pack` orders the fields and hands them to `_pack`, which here returns them as they are.
+        message._pack = _content
+        message._payload = message.pack(codec).rstrip(b"\0") or b"\0"
+    content, number = message._payload, message.get_msgId()
+    head = _HEAD.pack(len(content), 0, 0, codec.seq, codec.srcSystem, codec.srcComponent, number & 0xFFFF, number >> 16)
+    checksum = mavlink.x25crc(b"%b%b%c" % (head, content, message.crc_extra)).crc
+    return b"\xfd%b%b%b" % (head, content, checksum.to_bytes(2, "little"))
+
+
+def _content(codec: Codec, crc_extra: int, content: bytes, force_mavlink1: bool) -> bytes:
+    return content
 
 
 def new_codec(system_id: int, component_id: int = COMPONENT_ID) -> Any:

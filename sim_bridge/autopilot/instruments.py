@@ -28,6 +28,9 @@ class InstrumentService(Service):
     """Builders of the messages that ground stations plot and scripts wait for."""
 
     def builders(self) -> dict[int, MessageBuilder]:
+        power = mavlink.MAVLink_power_status_message(5000, 0, 0)
+        memory = mavlink.MAVLink_meminfo_message(0, 65535, 131072)
+        drift = mavlink.MAVLink_ahrs_message(0.0, 0.0, 0.0, 0.0, 0.0, 0.002, 0.002)
         return {
             mavlink.MAVLINK_MSG_ID_RAW_IMU: self.raw_imu,
             mavlink.MAVLINK_MSG_ID_SCALED_IMU2: lambda: mavlink.MAVLink_scaled_imu2_message(*self._scaled_imu()),
@@ -39,10 +42,10 @@ class InstrumentService(Service):
             mavlink.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW: self.servo_outputs,
             mavlink.MAVLINK_MSG_ID_RC_CHANNELS: self.radio_channels,
             mavlink.MAVLINK_MSG_ID_RC_CHANNELS_SCALED: self.scaled_outputs,
-            mavlink.MAVLINK_MSG_ID_POWER_STATUS: lambda: mavlink.MAVLink_power_status_message(5000, 0, 0),
-            mavlink.MAVLINK_MSG_ID_MEMINFO: lambda: mavlink.MAVLink_meminfo_message(0, 65535, 131072),
+            mavlink.MAVLINK_MSG_ID_POWER_STATUS: lambda: power,
+            mavlink.MAVLINK_MSG_ID_MEMINFO: lambda: memory,
             mavlink.MAVLINK_MSG_ID_NAV_CONTROLLER_OUTPUT: self.navigation,
-            mavlink.MAVLINK_MSG_ID_AHRS: lambda: mavlink.MAVLink_ahrs_message(0.0, 0.0, 0.0, 0.0, 0.0, 0.002, 0.002),
+            mavlink.MAVLINK_MSG_ID_AHRS: lambda: drift,
             mavlink.MAVLINK_MSG_ID_AHRS2: self.second_estimate,
             mavlink.MAVLINK_MSG_ID_VIBRATION: self.vibration,
             mavlink.MAVLINK_MSG_ID_TERRAIN_REPORT: self.terrain_report,

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from sim_bridge.autopilot.available_modes import AvailableModesService
 from sim_bridge.autopilot.command import CommandService, acknowledgement
-from sim_bridge.autopilot.dialect import COMPONENT_ID, Message, mavlink, new_codec, new_signing
+from sim_bridge.autopilot.dialect import COMPONENT_ID, Message, frame_of, mavlink, new_codec, new_signing
 from sim_bridge.autopilot.fence_status import FenceService
 from sim_bridge.autopilot.flight import FlightService
 from sim_bridge.autopilot.ftp import FtpService
@@ -193,7 +193,7 @@ class Node:
 
     def send(self, client: Client, message: Message) -> None:
         codec = client.codec
-        client.outbox.append(message.pack(codec))
+        client.outbox.append(frame_of(message, codec))
         codec.seq = (codec.seq + 1) % 256
 
     def send_text(self, client: Client, status: StatusText) -> None:

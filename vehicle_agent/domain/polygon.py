@@ -25,8 +25,8 @@ def points_inside(points_en_m: FloatArray, polygon_en_m: FloatArray) -> BoolArra
     """
     east, north = points_en_m[:, 0], points_en_m[:, 1]
     inside = np.zeros(len(points_en_m), dtype=np.bool_)
-    following = np.roll(polygon_en_m, -1, axis=0)
-    for (x0, y0), (x1, y1) in zip(polygon_en_m, following, strict=True):
+    corners = polygon_en_m.tolist()
+    for (x0, y0), (x1, y1) in zip(corners, corners[1:] + corners[:1], strict=True):
         if y0 == y1:
             continue
         crosses = (y0 > north) != (y1 > north)
