@@ -13,6 +13,8 @@ class Behaviour(Enum):
     """Holds what its sticks ask for: nothing."""
     DEPTH_HOLD = "depth hold"
     """Keeps its height and drifts."""
+    TRACK_BOTTOM = "track the bottom"
+    """Keeps its distance from the ground beneath, as its single beam measures it, and drifts."""
     HOLD = "hold"
     """Stops and stays."""
     BRAKE = "brake"

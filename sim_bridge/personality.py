@@ -86,6 +86,8 @@ class Settings:
         Where the controller's silence is ignored.
     surface_depth_m
         Depth above which an underwater vehicle is at the surface.
+    bottom_tracking_depth_m
+        Depth below which it follows the bottom.
     """
 
     speed_m_s: float
@@ -122,6 +124,7 @@ class Settings:
     lost_position_action: Action | None = None
     leak_action: Action | None = None
     surface_depth_m: float = 0.1
+    bottom_tracking_depth_m: float = 0.5
     fence: FenceSettings = FenceSettings()
 
 

@@ -114,7 +114,11 @@ class Pilot:
 
     def keep_height(self) -> None:
         """Keep the present height and drift."""
-        self._bodies.target[self._index] = self.position_enu_m
+        self.keep_height_at(self.position_enu_m[2])
+
+    def keep_height_at(self, up_m: float) -> None:
+        """Go to a height, keep it and drift."""
+        self._bodies.target[self._index] = (*self.position_enu_m[:2], up_m)
         self._move(Motion.KEEP_HEIGHT)
 
     def climb_to(self, up_m: float) -> None:

@@ -210,6 +210,14 @@ class VehicleState:
             return self.beam.reading_m
         return self.pilot.height_above_ground_m()
 
+    def ground_distance_m(self) -> float | None:
+        """What its rangefinder tells it of the ground beneath; None without one, or when that is out of its range."""
+        if not self.parameters.get("RNGFND1_TYPE", 0.0):
+            return None
+        distance_m = self.range_down_m()
+        low_cm, high_cm = self.parameters["RNGFND1_MIN_CM"], self.parameters["RNGFND1_MAX_CM"]
+        return distance_m if low_cm <= 100.0 * distance_m <= high_cm else None
+
     def obstacle_distances_m(self, sectors: int, farthest_m: float) -> list[float]:
         """Horizontal distance to the ground around it, clockwise from its nose; `farthest_m` where nothing is."""
         return self._bodies.distances_around_m(self.index, sectors, farthest_m)

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from sim_bridge.autopilot.node import Node
 
 PERIOD_US = 1_000_000
-PILOTED = frozenset({Behaviour.PILOTED, Behaviour.DEPTH_HOLD, Behaviour.STARTING})
+PILOTED = frozenset({Behaviour.PILOTED, Behaviour.DEPTH_HOLD, Behaviour.TRACK_BOTTOM, Behaviour.STARTING})
 
 
 class HeartbeatService(Service):

@@ -38,7 +38,7 @@ MODES: dict[IntEnum, ModeTraits] = {
     SubMode.GUIDED: ModeTraits("GUIDED", Behaviour.GUIDED, needs_position=True, armable=True),
     SubMode.SURFACE: ModeTraits("SURFACE", Behaviour.SURFACE, armable=True),
     SubMode.POSHOLD: ModeTraits("POSHOLD", Behaviour.HOLD, needs_position=True, armable=True, flown_by_pilot=True),
-    SubMode.SURFTRAK: ModeTraits("SURFTRAK", Behaviour.DEPTH_HOLD, armable=True, flown_by_pilot=True),
+    SubMode.SURFTRAK: ModeTraits("SURFTRAK", Behaviour.TRACK_BOTTOM, armable=True, flown_by_pilot=True),
 }
 MODE_OF: dict[Behaviour, IntEnum] = {
     Behaviour.PILOTED: SubMode.MANUAL,
@@ -75,6 +75,7 @@ def settings(parameters: ParameterTable) -> Settings:
         low_battery_action=_BATTERY_ACTIONS.get(int(parameters["BATT_FS_LOW_ACT"]), Action.WARN),
         critical_battery_action=_BATTERY_ACTIONS.get(int(parameters["BATT_FS_CRT_ACT"]), Action.WARN),
         leak_action=_LEAK_ACTIONS.get(int(parameters["FS_LEAK_ENABLE"]), Action.WARN),
+        bottom_tracking_depth_m=-parameters["SURFTRAK_DEPTH"] / 100.0,
         surface_depth_m=-parameters["SURFACE_DEPTH"] / 100.0,
         fence=fence_settings(parameters, _FENCE_ACTIONS.get(int(parameters["FENCE_ACTION"])), heights=True),
     )

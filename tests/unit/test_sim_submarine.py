@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
+from sim_bridge.fleet import Fleet
 from sim_bridge.modes import Behaviour
 from sim_bridge.personalities.ardupilot_sub import SubMode
 from sim_bridge.reply import Outcome
 from sim_bridge.vehicle import Vehicle
-from tests.fakes.sim_teams import SEA_FLOOR_M, armed, submarine_fleet, texts, until
+from sim_bridge.world import World
+from tests.fakes.sim_missions import sim_plan
+from tests.fakes.sim_teams import SEA_FLOOR_M, armed, member, submarine_fleet, texts, until
 
 
 def error_m(vehicle: Vehicle) -> float:
@@ -44,6 +49,62 @@ def test_it_dives_to_its_target_and_keeps_its_depth_drifting() -> None:
     fleet.step(60.0)
     assert submarine.true_position_enu_m[2] == pytest.approx(-12.0, abs=0.2)
     assert submarine.true_position_enu_m[0] - east_m == pytest.approx(12.0, abs=1.5)
+
+
+def sloping_fleet(folder: Path, sensor: dict[str, Any]) -> Fleet:
+    """An underwater vehicle over a floor 40 m deep that rises by 0.2 to the east, whither a current of 0.3 m/s sets."""
+    east_m = 25.0 + 50.0 * np.arange(20)
+    floor_m = np.broadcast_to((-40.0 + 0.2 * (east_m - 200.0))[:, None], (20, 20))
+    np.savez(folder / "slope.npz", elevation_amsl_m=floor_m, west_m=0.0, south_m=0.0, cell_m=50.0)
+    plan = sim_plan(
+        folder / "mission.toml",
+        team=[member("seal", type="underwater-vehicle", start_enu_m=[200.0, 200.0], sensor=sensor)],
+        datum={"latitude_deg": 41.18, "longitude_deg": -8.7},
+        area={"cell_m": 25.0, "rectangle_enu_m": [50.0, 50.0, 350.0, 350.0]},
+        terrain={"kind": "grid", "file": "slope.npz"},
+        simulation={"ready_after_s": 5.0, "current_m_s": [0.3, 0.0]},
+    )
+    return Fleet(plan, World.of(plan))
+
+
+def test_it_follows_the_bottom_that_its_beam_measures(tmp_path: Path) -> None:
+    fleet = sloping_fleet(tmp_path, {"kind": "single-beam", "range_m": 35.0})
+    submarine = armed(fleet)
+    assert submarine.set_mode(SubMode.SURFTRAK).accepted
+    fleet.step(1.0)
+    assert "waiting for a rangefinder reading" in texts(submarine)
+    submarine.go_to((200.0, 200.0, -20.0))
+    until(fleet, lambda v: v.true_position_enu_m[2] < -19.9)
+    assert submarine.set_mode(SubMode.SURFTRAK).accepted
+    fleet.step(2.0)
+    (told,) = [text for text in texts(submarine) if text.startswith("rangefinder target is")]
+    kept_m = float(told.split()[3])
+    before_m = submarine.true_position_enu_m
+    fleet.step(80.0)
+    after_m = submarine.true_position_enu_m
+    assert after_m[0] - before_m[0] == pytest.approx(24.0, abs=2.0)
+    assert after_m[2] - before_m[2] == pytest.approx(0.2 * (after_m[0] - before_m[0]), abs=0.3)
+    assert submarine.range_down_m() == pytest.approx(kept_m, abs=0.2)
+
+
+def test_without_a_rangefinder_it_keeps_its_depth_instead(tmp_path: Path) -> None:
+    fleet = sloping_fleet(tmp_path, {"kind": "range", "range_m": 200.0})
+    submarine = armed(fleet)
+    submarine.go_to((200.0, 200.0, -20.0))
+    until(fleet, lambda v: v.true_position_enu_m[2] < -19.9)
+    assert submarine.set_mode(SubMode.SURFTRAK).accepted
+    fleet.step(60.0)
+    assert submarine.true_position_enu_m[2] == pytest.approx(-20.0, abs=0.3)
+    assert texts(submarine).count("waiting for a rangefinder reading") == 1
+
+
+def test_it_tracks_no_bottom_near_the_surface(tmp_path: Path) -> None:
+    fleet = sloping_fleet(tmp_path, {"kind": "single-beam", "range_m": 60.0})
+    submarine = armed(fleet)
+    assert submarine.set_mode(SubMode.SURFTRAK).accepted
+    fleet.step(20.0)
+    assert "descend below 0.5 meters to hold range" in texts(submarine)
+    assert submarine.true_position_enu_m[2] == pytest.approx(0.0, abs=0.1)
 
 
 def test_without_thrust_it_neither_sinks_nor_rises() -> None:
