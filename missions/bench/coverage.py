@@ -63,9 +63,11 @@ def bench_coverage(
     """Measure, print a table, write what was asked for; the exit code: 130 when Ctrl-C came before the end."""
     if export is not None:
         _prepare(export, environments, seed)
-    cases = [Case(seed, environment, size, export) for environment in range(environments) for size in vehicles]
+    largest_first = sorted(vehicles, reverse=True)  # so that no core is left with a long case at the end
+    cases = [Case(seed, environment, size, export) for size in largest_first for environment in range(environments)]
     results, interrupted = measure_all(cases, measure, "coverage")
-    rows = rows_of([outcome for outcomes in results for outcome in outcomes])
+    outcomes = [outcome for result in results for outcome in result]
+    rows = rows_of(sorted(outcomes, key=lambda outcome: vehicles.index(outcome.vehicles)))
     print(table(rows))
     if json_file is not None:
         save_rows(json_file, "coverage", seed, rows)

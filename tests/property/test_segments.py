@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import lsq_linear
 
-from vehicle_agent.domain.paths import segment_distance_m
+from vehicle_agent.domain.segments import segment_distance_m
 
 coordinates = st.one_of(st.floats(-1e3, 1e3), st.integers(-3, 3).map(float))
 points = st.tuples(coordinates, coordinates, coordinates).map(np.array)

@@ -93,11 +93,15 @@ def test_the_same_dice_give_the_same_steps_and_others_do_not() -> None:
 
 
 def test_only_the_window_is_remembered() -> None:
-    optimiser = Cao(CaoParams(step_m=1.0, extra_window=2), np.random.default_rng(0))
-    for number in range(100):
-        optimiser.tell((float(number), 0.0, 0.0), 0.0)
-    assert len(optimiser._measured) == 22
-    assert optimiser._measured[0][0][0] == 78.0
+    params, measured = CaoParams(step_m=1.0, extra_window=2), np.random.default_rng(1).uniform(0.0, 5.0, (23, 4))
+    asked = []
+    for first in (0, 1, 2):
+        optimiser = Cao(params, np.random.default_rng(0))
+        for east, north, up, objective in measured[first:]:
+            optimiser.tell((east, north, up), objective)
+        asked.append([optimiser.ask((1.0, 1.0, 1.0), anywhere) for _ in range(20)])
+    assert asked[0] == asked[1]  # the first of 23 is beyond the window of 22
+    assert asked[1] != asked[2]
 
 
 @pytest.mark.parametrize(

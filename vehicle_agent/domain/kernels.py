@@ -6,14 +6,14 @@ import numpy as np
 
 from vehicle_agent.domain.paths import (
     assumed_surface,
-    come_too_near,
+    clear_legs,
     ground_heights,
     leg_clearances,
-    segment_distance_m,
     travel_distances,
 )
 from vehicle_agent.domain.polynomials import cubic_monomials
 from vehicle_agent.domain.ray_fan import count_seen, down_looking_fan, first_with_view, unknown_met
+from vehicle_agent.domain.segments import come_too_near, segment_distance_m
 from vehicle_agent.domain.tours import share_out
 from vehicle_agent.domain.visibility import seen_cells, weigh_views
 from vehicle_agent.domain.voxel_grid import VoxelGrid
@@ -28,6 +28,7 @@ def warm_up() -> None:
     leg_clearances(elevation, 0.0, 0.0, 1.0, point, np.ones((2, 3)))
     segment_distance_m(point, point, point, point)
     ground_heights(elevation, 0.0, 0.0, 1.0, np.ones((2, 3)))
+    clear_legs(elevation, 0.0, 0.0, 1.0, point, np.ones((2, 3)), 0.0, 1.0, 1.0, 1.0)
     come_too_near(point, np.ones((2, 3)), np.ones((2, 3)), np.ones((2, 3)), 1.0)
     cubic_monomials(np.ones((2, 3)))
     seen_cells(elevation, point, 1.0, 2.0)

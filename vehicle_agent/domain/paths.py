@@ -1,4 +1,4 @@
-"""Ways over a known surface: clearance of straight legs, distance between legs, shortest ways through known cells."""
+"""Ways over a known surface: clearance of straight legs, shortest ways through known cells."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ _RIM = 1.5
 """A leg that begins on unknown ground goes at most so many cells over it, or at most so many beyond it."""
 _FAR = 1e8
 """Cells from the grid beyond which no leg is looked at."""
-WAVER_M = 0.05
-"""Positions waver so much: two that are too near already may come nearer by it."""
+_SLACK_M = 0.05
+"""A leg may break a limit of height by so much: what it is planned on is no better."""
 
 
 @compiled
@@ -163,87 +163,42 @@ def ground_heights(elevation: FloatArray, west: float, south: float, cell: float
 
 
 @compiled
-def _squared_gap(aa: float, bb: float, ab: float, aw: float, bw: float, ww: float, s: float, t: float) -> float:
-    """Squared length of w + s a - t b from the products of the three vectors."""
-    return ww + s * s * aa + t * t * bb + 2.0 * (s * aw - t * bw - s * t * ab)
-
-
-@compiled
-def segment_distance_m(a0: FloatArray, a1: FloatArray, b0: FloatArray, b1: FloatArray) -> float:
-    """Smallest distance between two segments in space, metres; each argument (3,) float64.
-
-    The closest points lie in the interior of both lines or at an end of one: both are tried. Written in scalars: an
-    array for every difference would cost more than all the rest.
-    """
-    aa = bb = ab = aw = bw = ww = 0.0
-    for axis in range(3):
-        da, db, w = a1[axis] - a0[axis], b1[axis] - b0[axis], a0[axis] - b0[axis]
-        aa, bb, ab = aa + da * da, bb + db * db, ab + da * db
-        aw, bw, ww = aw + da * w, bw + db * w, ww + w * w
-    best_s, best_t, best = 0.0, 0.0, math.inf
-    determinant = aa * bb - ab * ab
-    if determinant > 1e-12 * max(aa * bb, 1e-300):
-        s = (ab * bw - bb * aw) / determinant
-        t = (aa * bw - ab * aw) / determinant
-        if 0.0 <= s <= 1.0 and 0.0 <= t <= 1.0:
-            best_s, best_t, best = s, t, _squared_gap(aa, bb, ab, aw, bw, ww, s, t)
-    for end in (0.0, 1.0):
-        s = 0.0 if aa == 0.0 else min(max((end * ab - aw) / aa, 0.0), 1.0)
-        gap = _squared_gap(aa, bb, ab, aw, bw, ww, s, end)
-        if gap < best:
-            best_s, best_t, best = s, end, gap
-        t = 0.0 if bb == 0.0 else min(max((end * ab + bw) / bb, 0.0), 1.0)
-        gap = _squared_gap(aa, bb, ab, aw, bw, ww, end, t)
-        if gap < best:
-            best_s, best_t, best = end, t, gap
-    squared = 0.0
-    for axis in range(3):  # from the points themselves: the expanded square is not exact for segments that meet
-        apart = a0[axis] - b0[axis] + best_s * (a1[axis] - a0[axis]) - best_t * (b1[axis] - b0[axis])
-        squared += apart * apart
-    return math.sqrt(squared)
-
-
-@compiled
-def least_distance_m(separation: float, now: float) -> float:
-    """How near one may come: the separation, or no nearer than one is already but for what positions waver."""
-    return separation if now >= separation else now - WAVER_M
-
-
-@compiled
-def come_too_near(
-    start: FloatArray, ends: FloatArray, rival_starts: FloatArray, rival_ends: FloatArray, separation: float
+def clear_legs(
+    elevation: FloatArray,
+    west: float,
+    south: float,
+    cell: float,
+    start: FloatArray,
+    ends: FloatArray,
+    lowest: float,
+    highest: float,
+    ceiling: float,
+    longest: float,
 ) -> BoolArray:
-    """Tell which legs come too near to a rival's leg or to where it is, and nearer than their start is already.
+    """Tell which legs stay in their height band: arguments as for `leg_clearances`, heights in metres -> (N,) bool.
 
     Parameters
     ----------
-    start : (3,) float64; ends : (N, 3) float64, ENU metres.
-    rival_starts, rival_ends : (M, 3) float64, where each rival is and where its leg ends.
-    separation : metres.
-
-    Returns
-    -------
-    (N,) bool.
+    lowest : least height above the surface along a leg; a vehicle that is lower already may stay as low on its way.
+    highest, ceiling : greatest height above the surface and greatest ENU z, at a leg's end.
+    longest : greatest length of a leg in space.
     """
-    near = np.zeros(len(ends), dtype=np.bool_)
-    longest = 0.0
+    here = leg_clearances(elevation, west, south, cell, start, start.reshape(1, 3))[0]
+    least = lowest if math.isnan(here) else min(lowest, here)
+    clearances = leg_clearances(elevation, west, south, cell, start, ends)
+    grounds = ground_heights(elevation, west, south, cell, ends)
+    clear = np.zeros(len(ends), dtype=np.bool_)
     for index in range(len(ends)):
-        longest = max(longest, segment_distance_m(start, start, ends[index], ends[index]))
-    for rival in range(len(rival_starts)):
-        place, leg_end = rival_starts[rival], rival_ends[rival]
-        to_leg = segment_distance_m(start, start, place, leg_end)
-        if to_leg > separation + longest:  # nor is where it is any nearer than its leg
-            continue
-        to_place = segment_distance_m(start, start, place, place)
-        for index in range(len(ends)):
-            if near[index]:
-                continue
-            apart = segment_distance_m(start, ends[index], place, leg_end)
-            near[index] = apart < least_distance_m(separation, to_leg)
-            if not near[index]:
-                apart = segment_distance_m(start, ends[index], place, place)
-                near[index] = apart < least_distance_m(separation, to_place)
-    return near
+        end = ends[index]
+        above = end[2] - grounds[index]
+        squared = (end[0] - start[0]) ** 2 + (end[1] - start[1]) ** 2 + (end[2] - start[2]) ** 2
+        clear[index] = (
+            clearances[index] >= least - _SLACK_M
+            and lowest - _SLACK_M <= above <= highest + _SLACK_M
+            and end[2] <= ceiling + _SLACK_M
+            and math.sqrt(squared) <= longest + 1e-6
+        )
+    return clear
 
 
 @compiled

@@ -6,7 +6,6 @@ random admissible perturbation of its position for which the polynomial promises
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -66,11 +65,15 @@ class Cao:
     def __init__(self, params: CaoParams, rng: np.random.Generator) -> None:
         self.params = params
         self._rng = rng
-        self._measured: deque[tuple[Point, float]] = deque(maxlen=BASIS_FUNCTIONS + params.extra_window)
+        self._window = BASIS_FUNCTIONS + params.extra_window
+        self._positions: FloatArray = np.empty((0, 3))
+        self._objectives: FloatArray = np.empty(0)
 
     def tell(self, position_enu_m: Point, objective: float) -> None:
         """Remember the objective J_t measured at a position."""
-        self._measured.append((position_enu_m, objective))
+        first = max(0, len(self._objectives) + 1 - self._window)
+        self._positions = np.vstack((self._positions[first:], position_enu_m))
+        self._objectives = np.append(self._objectives[first:], objective)
 
     def ask(
         self,
@@ -92,7 +95,7 @@ class Cao:
         step = self.params.step_m if step_m is None else step_m
         here = np.array(position_enu_m)
         directions = self._rng.standard_normal((self.params.candidates, 3))
-        directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+        directions /= np.sqrt(np.einsum("ij,ij->i", directions, directions))[:, None]
         candidates = here + step * directions  # eq. 10
         candidates = candidates[admissible(candidates)]
         if len(candidates) == 0:
@@ -102,13 +105,12 @@ class Cao:
 
     def _promise(self, candidates: FloatArray, here: FloatArray, step: float) -> FloatArray:
         """Estimated objective at candidates, (M, 3) -> (M,)."""
-        if not self._measured:
+        if len(self._objectives) == 0:
             return self._rng.random(len(candidates))
-        positions = np.array([position for position, _ in self._measured])
-        objectives = np.array([objective for _, objective in self._measured])
         # The paper leaves origin and scale open; away from the vehicle eq. 9 is too ill-conditioned for doubles.
-        scale = max(step, float(np.abs(positions - here).max()))
-        weights = _least_squares(cubic_monomials((positions - here) / scale), objectives)  # eq. 9
+        offsets = self._positions - here
+        scale = max(step, float(np.abs(offsets).max()))
+        weights = _least_squares(cubic_monomials(offsets / scale), self._objectives)  # eq. 9
         promise: FloatArray = cubic_monomials((candidates - here) / scale) @ weights  # eq. 7
         return promise
 

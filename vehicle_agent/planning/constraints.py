@@ -7,19 +7,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
-import numpy.typing as npt
 
 from vehicle_agent.domain.frames import FloatArray, Point
 from vehicle_agent.domain.grid import Grid
-from vehicle_agent.domain.paths import (
-    as_array,
-    come_too_near,
-    ground_heights,
-    least_distance_m,
-    leg_clearances,
-    segment_distance_m,
-)
+from vehicle_agent.domain.paths import as_array, clear_legs, ground_heights, leg_clearances
 from vehicle_agent.domain.polygon import BoolArray
+from vehicle_agent.domain.segments import come_too_near, least_distance_m, segment_distance_m
 
 _HEIGHT_SHARES = np.linspace(0.0, 1.0, 17) ** 2
 """Heights tried, as shares of the height band: closer together near the ground, where vehicles fly."""
@@ -94,15 +87,19 @@ class Constraints:
 
         A vehicle that is already too low or too near to a teammate may take legs that make it no worse.
         """
-        start = as_array(start_enu_m)
-        clearances = self._clearances(start, ends_enu_m)
-        here = float(self._clearances(start, start[None, :])[0])
-        floor_m = self.min_above_m if math.isnan(here) else min(self.min_above_m, here)
-        end_heights = ends_enu_m[:, 2] - self.grounds_m(ends_enu_m)
-        with np.errstate(invalid="ignore"):
-            clear = (clearances >= floor_m - 0.05) & (end_heights >= self.min_above_m - 0.05)
-            clear &= (ends_enu_m[:, 2] <= self.ceiling_m + 0.05) & (end_heights <= self.max_above_m + 0.05)
-            clear &= np.linalg.norm(ends_enu_m - start, axis=1) <= self.stretch * self.reach_m + 1e-6
+        start, grid = as_array(start_enu_m), self.grid
+        clear: BoolArray = clear_legs(
+            self.surface_m,
+            grid.west_m,
+            grid.south_m,
+            grid.cell_m,
+            start,
+            np.ascontiguousarray(ends_enu_m, dtype=np.float64),
+            self.min_above_m,
+            self.max_above_m,
+            self.ceiling_m,
+            self.stretch * self.reach_m,
+        )
         if self.reservations and clear.any():
             theirs = np.array([reservation.start_enu_m for reservation in self.reservations], dtype=np.float64)
             there = np.array([reservation.end_enu_m for reservation in self.reservations], dtype=np.float64)
@@ -146,16 +143,10 @@ class Constraints:
         heights = ground_m + self.min_above_m + _HEIGHT_SHARES * (self.max_above_m - self.min_above_m)
         return np.column_stack((np.full(len(heights), east_m), np.full(len(heights), north_m), heights))
 
-    def _clearances(self, start: npt.NDArray[np.float64], ends: FloatArray) -> FloatArray:
-        grid = self.grid
-        clearances: FloatArray = leg_clearances(
-            self.surface_m, grid.west_m, grid.south_m, grid.cell_m, start, np.ascontiguousarray(ends)
-        )
-        return clearances
-
     def clearance_m(self, start_enu_m: Point, end_enu_m: Point) -> float:
         """Smallest height above the surface along a leg; NaN where it enters what is unknown or forbidden."""
-        return float(self._clearances(as_array(start_enu_m), as_array(end_enu_m)[None, :])[0])
+        grid, start, ends = self.grid, as_array(start_enu_m), as_array(end_enu_m)[None, :]
+        return float(leg_clearances(self.surface_m, grid.west_m, grid.south_m, grid.cell_m, start, ends)[0])
 
     def conflict(self, start_enu_m: Point, end_enu_m: Point) -> Reservation | None:
         """The first reservation that a leg must not be flown against; None when it is clear."""
