@@ -110,12 +110,12 @@ class Cao:
         # The paper leaves origin and scale open; away from the vehicle eq. 9 is too ill-conditioned for doubles.
         offsets = self._positions - here
         scale = max(step, float(np.abs(offsets).max()))
-        weights = _least_squares(cubic_monomials(offsets / scale), self._objectives)  # eq. 9
+        weights = least_squares(cubic_monomials(offsets / scale), self._objectives)  # eq. 9
         promise: FloatArray = cubic_monomials((candidates - here) / scale) @ weights  # eq. 7
         return promise
 
 
-def _least_squares(matrix: FloatArray, values: FloatArray) -> FloatArray:
+def least_squares(matrix: FloatArray, values: FloatArray) -> FloatArray:
     """The shortest of the least-squares solutions, as by the Moore-Penrose inverse: (N, L) and (N,) -> (L,).
 
     By complete orthogonal factorisation: four times as quick as by singular values, which is what steps spend most on.
