@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import gc
 import signal
 import time
 from collections.abc import Callable, Sequence
@@ -10,6 +11,7 @@ from pathlib import Path
 from typing import ClassVar
 
 from rich.segment import Segment
+from textual import events
 from textual.binding import Binding, BindingType
 from textual.color import Color
 from textual.filter import LineFilter, NoColor
@@ -40,6 +42,10 @@ DRAW_PERIOD_S = 0.5
 FAREWELL_S = 2.0
 """How long the last picture stays when the dashboard ends by itself."""
 SEEK_S = 10.0
+KEY_GRACE_S = 0.12
+"""Drawings wait so long after a key: its answer comes first."""
+GARBAGE_THRESHOLDS = (5_000, 20, 100)
+"""Pictures are many short-lived tuples: the interpreter's own thresholds would look through them all the time."""
 
 
 class AsciiOnly(LineFilter):
@@ -141,6 +147,7 @@ class GroundStationApp(Operations):
         self._done_at_s: float | None = None
         self._lost = 0
         self._proposed: object | None = None
+        self._pressed_s = self._drawn_s = float("-inf")
         self._dashboard = Dashboard(look, self._remark)
         self._own_filters: list[LineFilter] = []
         if not look.colour:
@@ -163,7 +170,7 @@ class GroundStationApp(Operations):
             loop.add_signal_handler(number, self.exit)
         self._wear(self.theme_name)
         self.set_interval(LISTEN_PERIOD_S, self._listen)
-        self.set_interval(self._draw_period_s, self.draw)
+        self.set_interval(self._draw_period_s, self._draw_in_turn)
         self.call_after_refresh(self.draw)
         self.call_after_refresh(self._open_link)
 
@@ -192,8 +199,22 @@ class GroundStationApp(Operations):
             if state.now_s - self._done_at_s >= FAREWELL_S:
                 self.exit()
 
+    async def on_event(self, event: events.Event) -> None:
+        if isinstance(event, events.Key):
+            self._pressed_s = asyncio.get_running_loop().time()
+        await super().on_event(event)
+
+    def _draw_in_turn(self) -> None:
+        """Draw, unless a key is just being answered; a key that is held down puts a drawing off for one period."""
+        now_s = asyncio.get_running_loop().time()
+        if now_s - self._pressed_s >= KEY_GRACE_S or now_s - self._drawn_s >= 1.5 * self._draw_period_s:
+            self.draw()
+        else:
+            self.set_timer(KEY_GRACE_S, self._draw_in_turn)
+
     def draw(self) -> None:
         """Hand the newest picture to the screens that show it."""
+        self._drawn_s = asyncio.get_running_loop().time()
         state = self.station.state
         self._dashboard.show(state, read_notice(self._notice_file))
         if isinstance(self.screen, Dialog):
@@ -262,3 +283,15 @@ class GroundStationApp(Operations):
             screen.styles.color = Color(*theme.text)
             for pane in screen.query(Lines):
                 pane.refresh()
+
+
+def run_on_terminal(app: GroundStationApp) -> None:
+    """Run a dashboard as a program of its own.
+
+    What is loaded by now lives as long as the program: the collector need not look at it again, which would stop the
+    dashboard for a tenth of a second now and then.
+    """
+    gc.collect()
+    gc.freeze()
+    gc.set_threshold(*GARBAGE_THRESHOLDS)
+    app.run()

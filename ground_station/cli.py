@@ -157,7 +157,7 @@ def _plain(plan: MissionPlan, options: Options) -> None:
 
 def _dashboard(plan: MissionPlan, options: Options) -> None:
     look = _look(options)
-    from ground_station.app import DRAW_PERIOD_S, GroundStationApp
+    from ground_station.app import DRAW_PERIOD_S, GroundStationApp, run_on_terminal
     from ground_station.link import open_link, station_name
 
     name = station_name()
@@ -173,7 +173,7 @@ def _dashboard(plan: MissionPlan, options: Options) -> None:
         theme_name=options.theme,
     )
     try:
-        app.run()
+        run_on_terminal(app)
     finally:
         station.close()
     if app.refusal:
@@ -194,11 +194,11 @@ def _replay(run: Path, speed: float, plain: bool, options: Options) -> None:
             _replay_lines(player, options)
         else:
             look = _look(options)
-            from ground_station.app import DRAW_PERIOD_S, GroundStationApp
+            from ground_station.app import DRAW_PERIOD_S, GroundStationApp, run_on_terminal
 
             period_s = LOW_BANDWIDTH_PERIOD_S if options.low_bandwidth else DRAW_PERIOD_S
             app = GroundStationApp(player, None, look, draw_period_s=period_s, theme_name=options.theme)
-            app.run()
+            run_on_terminal(app)
             sys.exit(app.return_code or 0)
     finally:
         player.close()

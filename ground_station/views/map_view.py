@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from ground_station.picture import Condition, FleetState, VehiclePicture, metres
@@ -55,7 +57,13 @@ def map_lines(state: FleetState, raster: Raster, look: Look, window: MapWindow =
     pixels = _ground_colours(raster, window)
     _draw_zones(zones, pixels)
     _draw_ways(state, view, pixels, window)
-    return [_block_line(pixels[row], pixels[row + 1], row // 2, marks) for row in range(0, view.height, 2)]
+    by_row: dict[int, list[tuple[int, Span]]] = {}
+    for (x, y), mark in sorted(marks.items()):
+        by_row.setdefault(y, []).append((x, mark))
+    return [
+        _block_line(tuple(pixels[row]), tuple(pixels[row + 1]), tuple(by_row.get(row // 2, ())))
+        for row in range(0, view.height, 2)
+    ]
 
 
 def rows_per_character(look: Look) -> int:
@@ -226,11 +234,15 @@ def _vehicle_ink(vehicle: VehiclePicture, look: Look) -> Ink:
     return Ink((0, 0, 0), palette.vehicle_colour(vehicle.index), bold=True)
 
 
-def _block_line(upper: list[Rgb | None], lower: list[Rgb | None], row: int, marks: Marks) -> Line:
-    """One line of characters from two rows of pixels; equal neighbours share a span."""
+@lru_cache(maxsize=1024)
+def _block_line(
+    upper: tuple[Rgb | None, ...], lower: tuple[Rgb | None, ...], marks_by_x: tuple[tuple[int, Span], ...]
+) -> Line:
+    """One line of characters from two rows of pixels; equal neighbours share a span. Most rows are as they were."""
+    marks = dict(marks_by_x)
     spans: list[Span] = []
     for x, (top, bottom) in enumerate(zip(upper, lower, strict=True)):
-        mark = marks.get((x, row))
+        mark = marks.get(x)
         if mark is not None:
             text, ink = mark
             if ink.bg is None:

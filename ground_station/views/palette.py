@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 from ground_station.picture import Condition, VehiclePicture
 from ground_station.views.ink import Rgb
 from vehicle_agent.wire.messages import Severity, Stage
@@ -53,6 +55,7 @@ def cividis(steps: int) -> tuple[Rgb, ...]:
     return tuple(colours)
 
 
+@lru_cache(maxsize=4096)
 def blend(start: Rgb, end: Rgb, share: float) -> Rgb:
     red, green, blue = (round(a + (b - a) * share) for a, b in zip(start, end, strict=True))
     return (red, green, blue)

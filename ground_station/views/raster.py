@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -139,7 +138,18 @@ def segment_pixels(start: tuple[int, int], end: tuple[int, int], view: Viewport)
 
 
 def line_pixels(corners: Sequence[tuple[float, float]], view: Viewport) -> Iterator[tuple[int, int]]:
-    """Pixels of a line through corners given as (east, north) in ENU metres."""
-    pixels = [view.pixel_of(east_m, north_m) for east_m, north_m in corners]
-    for start, end in pairwise(pixels):
-        yield from segment_pixels(start, end, view)
+    """Pixels of a line through corners given as (east, north) in ENU metres; none twice in a row."""
+    last: tuple[int, int] | None = None
+    for east_m, north_m in corners:
+        pixel = view.pixel_of(east_m, north_m)
+        if pixel == last:
+            continue
+        if last is None:
+            if len(corners) > 1 and view.holds(*pixel):
+                yield pixel
+        elif abs(pixel[0] - last[0]) <= 1 and abs(pixel[1] - last[1]) <= 1:
+            if view.holds(*pixel):
+                yield pixel
+        else:
+            yield from (one for one in segment_pixels(last, pixel, view) if one != last)
+        last = pixel

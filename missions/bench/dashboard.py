@@ -13,6 +13,7 @@ import subprocess
 import sys
 import termios
 import time
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
@@ -64,8 +65,23 @@ class Figures:
     core_share: float = 0.0
     key_p95_ms: float = 0.0
     key_max_ms: float = 0.0
+    key_p95_unloaded_ms: float = 0.0
+    """As `key_p95_ms`, without the time in which the dashboard waited for a core that others used."""
+    key_p95_cpu_ms: float = 0.0
     keys: int = 0
     failed: list[str] = field(default_factory=list)
+
+
+@dataclass(frozen=True, slots=True)
+class Answered:
+    """One key's answer, seconds: on the wall, of processor time, and on the wall had a core been free."""
+
+    wall_s: float
+    cpu_s: float
+    unloaded_s: float
+
+
+NEVER = Answered(KEY_TIMEOUT_S, KEY_TIMEOUT_S, KEY_TIMEOUT_S)
 
 
 class Screen:
@@ -113,12 +129,22 @@ class Screen:
     def type(self, key: bytes) -> None:
         os.write(self._parent, key)
 
-    def press(self, key: bytes, awaited: bytes) -> float | None:
-        """Seconds from a key to the text that it brings; None when it does not come."""
-        began_s = time.monotonic()
+    def press(self, key: bytes, awaited: bytes) -> Answered | None:
+        """How long a key takes to the text that it brings; None when it does not come."""
+        (cpu_s, queued_s), began_s = self._scheduled_s(), time.monotonic()
         self.type(key)
         drawn = self.read_for(KEY_TIMEOUT_S, awaited)
-        return time.monotonic() - began_s if awaited in drawn else None
+        passed_s = time.monotonic() - began_s
+        cpu_after_s, queued_after_s = self._scheduled_s()
+        if awaited not in drawn:
+            return None
+        return Answered(passed_s, cpu_after_s - cpu_s, max(0.0, passed_s - (queued_after_s - queued_s)))
+
+    def _scheduled_s(self) -> tuple[float, float]:
+        """Seconds in which the child's main thread has run, and in which it could have run but had no core."""
+        with open(f"/proc/{self._process.pid}/schedstat") as file:
+            ran_ns, queued_ns, _ = file.read().split()
+        return int(ran_ns) / 1e9, int(queued_ns) / 1e9
 
     def cpu_s(self) -> float:
         """User and system time of the child so far."""
@@ -141,14 +167,15 @@ def measure(case: Case, seconds: float, keys: int) -> Figures:
         answers = []
         for number in range(keys):
             key, awaited, back = KEYS[number % len(KEYS)]
-            answered_s = screen.press(key, awaited)
-            answers.append(KEY_TIMEOUT_S if answered_s is None else answered_s)
+            answers.append(screen.press(key, awaited) or NEVER)
             screen.read_for(0.2)
             screen.type(back)
             screen.read_for(0.4)
     figures.keys = len(answers)
-    figures.key_p95_ms = round(1e3 * float(np.percentile(answers, 95)), 1)
-    figures.key_max_ms = round(1e3 * max(answers), 1)
+    figures.key_p95_ms = _p95_ms([one.wall_s for one in answers])
+    figures.key_p95_cpu_ms = _p95_ms([one.cpu_s for one in answers])
+    figures.key_p95_unloaded_ms = _p95_ms([one.unloaded_s for one in answers])
+    figures.key_max_ms = round(1e3 * max(one.wall_s for one in answers), 1)
     for name, value, bar in (
         ("kB/s to the terminal", figures.kb_per_s, case.most_kb_s),
         ("share of a core", figures.core_share, case.most_core),
@@ -157,6 +184,10 @@ def measure(case: Case, seconds: float, keys: int) -> Figures:
         if value > bar:
             figures.failed.append(f"{name}: {value:g} > {bar:g}")
     return figures
+
+
+def _p95_ms(seconds: Sequence[float]) -> float:
+    return round(1e3 * float(np.percentile(seconds, 95)), 1)
 
 
 def bench(seconds: float, keys: int, hours: int) -> dict[str, object]:
@@ -179,17 +210,20 @@ def bench(seconds: float, keys: int, hours: int) -> dict[str, object]:
 
 def table(result: dict[str, object]) -> str:
     """The figures as lines for people."""
-    lines = [f"{'vehicles':>8} {'terminal':>9} {'kB/s':>7} {'core':>7} {'key p95':>8} {'key max':>8}"]
+    heads = "".join(f" {head:>9}" for head in ("terminal", "kB/s", "core", "key p95", "key max", "unloaded", "cpu"))
+    lines = [f"{'vehicles':>8}{heads}"]
     cases = result["cases"]
     assert isinstance(cases, list)
     for one in cases:
         size = f"{one['columns']}x{one['rows']}"
+        times = ("key_p95_ms", "key_max_ms", "key_p95_unloaded_ms", "key_p95_cpu_ms")
         lines.append(
-            f"{one['vehicles']:>8} {size:>9} {one['kb_per_s']:>7.1f} {100 * one['core_share']:>6.1f}% "
-            f"{one['key_p95_ms']:>6.0f}ms {one['key_max_ms']:>6.0f}ms"
+            f"{one['vehicles']:>8} {size:>9} {one['kb_per_s']:>9.1f} {100 * one['core_share']:>8.1f}%"
+            + "".join(f" {one[name]:>7.0f}ms" for name in times)
         )
     lines.append(f"memory by hour, MB: {result['memory_mb_by_hour']}")
-    lines.append(f"load average {result['load_average']} on {result['cores']} cores: others' load slows the answers")
+    load = f"load average {result['load_average']} on {result['cores']} cores"
+    lines.append(f"{load}: what others' load takes from the answers is left out of 'unloaded'")
     failed = result["failed"]
     assert isinstance(failed, list)
     return "\n".join([*lines, *(f"missed: {text}" for text in failed)])

@@ -8,8 +8,9 @@ import time
 
 import msgspec
 import numpy as np
+import numpy.typing as npt
 
-from ground_station.app import GroundStationApp
+from ground_station.app import GroundStationApp, run_on_terminal
 from ground_station.picture import FleetState
 from ground_station.station import Station
 from ground_station.views.ink import Look
@@ -53,7 +54,7 @@ def plan_of(vehicles: int) -> MissionPlan:
 
 
 class TalkingLink:
-    """A link on which every vehicle speaks once per second of `now_s`, as `ground_station.link.Link`.
+    """A link on which every vehicle speaks once per second, each at a moment of its own, as `ground_station.link.Link`.
 
     Parameters
     ----------
@@ -68,22 +69,30 @@ class TalkingLink:
         self._map_period_s = map_period_s
         self._sequences = [0] * len(plan.vehicle_names)
         self._records = [0] * len(plan.vehicle_names)
-        self._second = -1
+        self._said = 0
         self._began_s: float | None = None
+        self._disc = _disc_cells()
         self.counters = self
 
     def poll(self) -> list[AnyMessage]:
         now_s = time.monotonic()
         self._began_s = now_s if self._began_s is None else self._began_s
-        return self.until(int(now_s - self._began_s))
+        return self._until_turn(int((now_s - self._began_s) * len(self._plan.vehicle_names)))
 
     def until(self, second: int) -> list[AnyMessage]:
         """Everything said up to and with a second that was not polled before."""
+        return self._until_turn((second + 1) * len(self._plan.vehicle_names))
+
+    def skip_to(self, second: int) -> None:
+        """Leave out what would have been said before a second."""
+        self._said = second * len(self._plan.vehicle_names)
+
+    def _until_turn(self, turn: int) -> list[AnyMessage]:
         said: list[AnyMessage] = []
-        while self._second < second:
-            self._second += 1
-            for index in range(len(self._plan.vehicle_names)):
-                said += self._say(index, self._second)
+        while self._said < turn:
+            second, index = divmod(self._said, len(self._plan.vehicle_names))
+            said += self.say(index, second)
+            self._said += 1
         return said
 
     def poll_alive(self) -> list[tuple[str, bool]]:
@@ -108,7 +117,8 @@ class TalkingLink:
         name = self._plan.vehicle_names[index]
         return {"sender": name, "boot_id": 1, "sequence": self._sequences[index], "stamp_ms": EPOCH_MS + 1_000 * second}
 
-    def _say(self, index: int, second: int) -> list[AnyMessage]:
+    def say(self, index: int, second: int) -> list[AnyMessage]:
+        """What one vehicle says in one second."""
         here, there = self._place(index, second), self._place(index, second + 10)
         goal = self._place(index, second + 40)
         said: list[AnyMessage] = [
@@ -143,14 +153,23 @@ class TalkingLink:
 
     def _record(self, index: int, here: tuple[float, float], second: int) -> DeltaRecord:
         grid = self._plan.grid
-        columns, rows = np.meshgrid(np.arange(grid.columns), np.arange(grid.rows), indexing="ij")
-        away_m = np.hypot((columns + 0.5) * CELL_M - here[0], (rows + 0.5) * CELL_M - here[1])
-        cells = np.flatnonzero((away_m <= RANGE_M).ravel())
-        heights = (4_000 + 10 * columns + 5 * rows).ravel()[cells].astype(np.int32)
+        columns, rows = (self._disc[at] + int(here[at] / CELL_M) for at in (0, 1))
+        inside = (columns >= 0) & (columns < grid.columns) & (rows >= 0) & (rows < grid.rows)
+        columns, rows = columns[inside], rows[inside]
+        cells = columns * grid.rows + rows
+        heights = (4_000 + 10 * columns + 5 * rows).astype(np.int32)
         stamps = np.full(len(cells), EPOCH_MS + 1_000 * second, dtype=np.int64)
         self._records[index] += 1
         packed = pack_cells(CellObservations(cells, heights, stamps))
         return DeltaRecord(self._plan.vehicle_names[index], 1, self._records[index] - 1, packed)
+
+
+def _disc_cells() -> npt.NDArray[np.int64]:
+    """(2, N) columns and rows of the cells within a sensor's reach, counted from its own, in the grid's order."""
+    reach = int(RANGE_M / CELL_M)
+    columns, rows = np.meshgrid(np.arange(-reach, reach + 1), np.arange(-reach, reach + 1), indexing="ij")
+    near = np.hypot(columns, rows) * CELL_M <= RANGE_M
+    return np.stack((columns[near], rows[near])).astype(np.int64)
 
 
 def _cm(place: tuple[float, float]) -> tuple[int, int, int]:
@@ -173,7 +192,7 @@ def talk_for_hours(vehicles: int, hours: int, period_s: int = 5) -> list[int]:
     sizes = []
     state: FleetState = station.state
     for second in range(0, 3_600 * hours, period_s):
-        link._second = second - 1
+        link.skip_to(second)
         spoken = link.until(second)
         link.poll = lambda spoken=spoken: spoken  # type: ignore[method-assign, misc]
         state = station.step(float(second))
@@ -187,7 +206,7 @@ def main() -> None:
     """`python -m missions.bench.talking_fleet VEHICLES`: the dashboard over such a fleet on this terminal."""
     plan = plan_of(int(sys.argv[1]))
     station = Station(plan, "station-0001", 1, time.monotonic())
-    GroundStationApp(station, lambda: TalkingLink(plan), Look()).run()
+    run_on_terminal(GroundStationApp(station, lambda: TalkingLink(plan), Look()))
 
 
 if __name__ == "__main__":

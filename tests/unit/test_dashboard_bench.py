@@ -32,7 +32,7 @@ def test_ten_thousand_events_a_second_and_endless_trails_stay_bounded() -> None:
         flood = [
             event
             for number in range(10_000)
-            for event in link._say(0, 20 * (10_000 * second + number))
+            for event in link.say(0, 20 * (10_000 * second + number))
             if isinstance(event, Event)
         ]
         assert len(flood) == 10_000
@@ -41,6 +41,6 @@ def test_ten_thousand_events_a_second_and_endless_trails_stay_bounded() -> None:
     assert state.log_total >= 40_000
     assert len(state.log) == MAX_LOG_ENTRIES
     link.poll = lambda: link.until(4_000)  # type: ignore[method-assign]
-    link._second = 0
+    link.skip_to(0)
     state = station.step(9.0)
     assert all(len(vehicle.trail_en_m) <= MAX_TRAIL_POINTS for vehicle in state.vehicles)
