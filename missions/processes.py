@@ -44,7 +44,7 @@ def fleet_table(plan: MissionPlan, run_dir: Path) -> tuple[ProcessSpec, ...]:
     )
     simulator = ProcessSpec(
         name=SIMULATOR,
-        argv=_module("sim_bridge.cli", str(plan.source), "--run-dir", str(run_dir)),
+        argv=_module("sim_bridge.cli", str(plan.source), "--run-dir", str(run_dir), "--tlog-dir", str(run_dir)),
         log=run_dir / "sim.log",
         loss=Loss.ENDS_MISSION,
         after=(KERNELS,),

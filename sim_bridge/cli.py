@@ -19,6 +19,7 @@ from sim_bridge.kernels import warm_up
 from sim_bridge.payload import PARTICIPANT, Payload
 from sim_bridge.result import result_of, write_result
 from sim_bridge.server import Server, ServerError
+from sim_bridge.tlog import TelemetryLog, TelemetryLogError
 from sim_bridge.world import World
 from vehicle_agent.link.session import FleetLink, LinkError
 from vehicle_agent.mission.load import MissionError, MissionPlan, load_mission
@@ -71,6 +72,11 @@ def inject_fault(vehicle: str, fault: str, off: bool, endpoint: str) -> None:
     help="Folder for sim_result.json; left out, none is written.",
 )
 @click.option(
+    "--tlog-dir",
+    type=click.Path(path_type=Path, file_okay=False),
+    help="Folder for a MAVLink log per vehicle, VEHICLE.tlog; left out, none is written.",
+)
+@click.option(
     "--ready-after",
     type=click.FloatRange(0, 600),
     metavar="S",
@@ -83,6 +89,7 @@ def serve(
     speedup: float | None,
     seed: int | None,
     run_dir: Path | None,
+    tlog_dir: Path | None,
     ready_after: float | None,
     mavlink_port: int | None,
     zenoh_port: int | None,
@@ -108,22 +115,23 @@ def serve(
 
     try:
         plan = load_mission(mission, change)
-        _make_folder(run_dir)
+        _make_folder(run_dir, "--run-dir")
+        _make_folder(tlog_dir, "--tlog-dir")
         fleet = Fleet(plan, World.of(plan))
         warm_up()
-        asyncio.run(_serve(plan, fleet, run_dir))
-    except (MissionError, ServerError, LinkError) as error:
+        asyncio.run(_serve(plan, fleet, run_dir, tlog_dir))
+    except (MissionError, ServerError, LinkError, TelemetryLogError) as error:
         click.echo(str(error), err=True)
         sys.exit(2)
 
 
-def _make_folder(run_dir: Path | None) -> None:
-    if run_dir is None:
+def _make_folder(folder: Path | None, option: str) -> None:
+    if folder is None:
         return
     try:
-        run_dir.mkdir(parents=True, exist_ok=True)
+        folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise ServerError(f"{run_dir}: cannot be made ({error.strerror}); choose another --run-dir") from None
+        raise ServerError(f"{folder}: cannot be made ({error.strerror}); choose another {option}") from None
 
 
 def _note(line: str) -> None:
@@ -131,7 +139,18 @@ def _note(line: str) -> None:
     click.echo(line, err=True)
 
 
-async def _serve(plan: MissionPlan, fleet: Fleet, run_dir: Path | None) -> None:
+def _record(plan: MissionPlan, server: Server, folder: Path) -> list[TelemetryLog]:
+    """Keep what every simulated vehicle says and hears."""
+    logs = []
+    for name, table, node in zip(plan.vehicle_names, plan.mission.vehicles, server.nodes, strict=True):
+        if table.connection is None:
+            log = TelemetryLog(folder / f"{name}.tlog", server.fleet.clock, _note)
+            node.record = log.write
+            logs.append(log)
+    return logs
+
+
+async def _serve(plan: MissionPlan, fleet: Fleet, run_dir: Path | None, tlog_dir: Path | None) -> None:
     stop = asyncio.Event()
     loop = asyncio.get_running_loop()
     for number in (signal.SIGTERM, signal.SIGINT):
@@ -139,10 +158,13 @@ async def _serve(plan: MissionPlan, fleet: Fleet, run_dir: Path | None) -> None:
     boot_id = time.time_ns() & 0xFFFFFFFF
     link = FleetLink.open(plan.mission.name, PARTICIPANT, listen=[plan.simulator_endpoint()])
     server = None
+    logs: list[TelemetryLog] = []
     control = ControlPort(fleet)
     try:
         payload = Payload(fleet, link, boot_id)
         server = Server(fleet, plan.mission.simulation.speedup, payload.tick, _note)
+        if tlog_dir is not None:
+            logs = _record(plan, server, tlog_dir)
         await server.open()
         await _open_control(control, plan, fleet)
         # What has been built so far stays: collecting it again and again would make steps late.
@@ -153,6 +175,8 @@ async def _serve(plan: MissionPlan, fleet: Fleet, run_dir: Path | None) -> None:
         await server.close()
     finally:
         control.close()
+        for log in logs:
+            log.close()
         link.close()
         if run_dir is not None and server is not None:
             write_result(run_dir, result_of(fleet, server.late_ticks))

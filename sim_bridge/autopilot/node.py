@@ -87,6 +87,8 @@ class Node:
         Parser errors so far: wrong bytes, and wrong signatures, are counted and dropped.
     signing
         Key and time stamps of message signing, for all connections; outlives a reboot.
+    record
+        Called with every frame that goes out or comes in; None while nobody keeps them.
     text_listeners
         Called with every status text.
 
@@ -106,6 +108,7 @@ class Node:
         self.system_id = int(vehicle.parameters[vehicle.personality.system_id_parameter])
         self.clients: list[Client] = []
         self.garbled = 0
+        self.record: Callable[[bytes], None] | None = None
         self.signing = new_signing()
         self._log = log
         self._log_second = self._log_lines = 0
@@ -182,6 +185,8 @@ class Node:
             if kind == "BAD_DATA":
                 self.garbled += 1
                 continue
+            if self.record is not None:
+                self.record(message.get_msgbuf())
             if route(self, client, message):
                 for handler in self.handlers.get(kind, ()):
                     handler(client, message)
@@ -193,7 +198,10 @@ class Node:
 
     def send(self, client: Client, message: Message) -> None:
         codec = client.codec
-        client.outbox.append(frame_of(message, codec))
+        frame = frame_of(message, codec)
+        client.outbox.append(frame)
+        if self.record is not None:
+            self.record(frame)
         codec.seq = (codec.seq + 1) % 256
 
     def send_text(self, client: Client, status: StatusText) -> None:

@@ -90,7 +90,7 @@ def simulated(
     mission = folder / "mission.toml"
     mission.write_text(text + f"\n[simulation]\nready_after_s = 4.0\nspeedup = {speedup}\n{extra}\n")
     port = port_base + 100
-    options = {"--mavlink-port": port, "--zenoh-port": port_base, "--run-dir": folder}
+    options = {"--mavlink-port": port, "--zenoh-port": port_base, "--run-dir": folder, "--tlog-dir": folder}
     arguments = [str(text) for pair in options.items() for text in pair]
     process = subprocess.Popen(
         [sys.executable, "-m", "sim_bridge.cli", str(mission), *arguments], stdout=subprocess.PIPE, text=True

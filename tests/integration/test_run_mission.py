@@ -12,6 +12,7 @@ from pathlib import Path
 
 import msgspec
 import pytest
+from pymavlink import mavutil
 
 from ground_station.link import open_link
 from ground_station.picture import Condition
@@ -179,6 +180,10 @@ def test_a_mission_ends_by_itself_though_its_ground_station_is_killed(flown, wat
     assert summary.min_separation_m is not None
     assert summary.min_separation_m >= 5.0
     assert (summary.fence_breaches, summary.crashes) == (0, 0)
+    for name in ("ada", "bea", "cleo"):
+        log = mavutil.mavlink_connection(str(flown.folder / f"{name}.tlog"))
+        assert log.recv_match(type="COMMAND_ACK") is not None
+        log.close()
     assert any("line-log was killed by SIGKILL; started anew" in warning for warning in summary.warnings)
 
 

@@ -130,6 +130,13 @@ def test_a_script_flies_a_copter(tmp_path: Path, free_port_base: int) -> None:
         truth = drive.stop()["merlin"]
     assert not truth["crashed"]
     assert truth["distance_from_home_m"] < 1.0
+    log = mavutil.mavlink_connection(str(tmp_path / "merlin.tlog"))
+    kept = list(iter(log.recv_msg, None))
+    assert not [message for message in kept if message.get_type() == "BAD_DATA"]
+    assert {message.get_type() for message in kept} >= {"HEARTBEAT", "COMMAND_LONG", "MISSION_ITEM_INT", "PARAM_SET"}
+    last = [message for message in kept if message.get_type() == "SYSTEM_TIME"][-1]
+    assert last._timestamp == pytest.approx(last.time_unix_usec * 1e-6, abs=1e-3)
+    log.close()
 
 
 def test_a_script_steers_a_boat(tmp_path: Path, free_port_base: int) -> None:
