@@ -80,7 +80,7 @@ def check(mission: str) -> None:
     from missions.catalogue import load_named_mission
     from missions.describe import description
     from missions.processes import simulated_names
-    from sim_bridge.reach import reachable_cells
+    from missions.yardstick import observable
     from sim_bridge.world import World
 
     plan = load_named_mission(mission)
@@ -88,7 +88,7 @@ def check(mission: str) -> None:
         print(description(plan, None, None))
         return
     world = World.of(plan)
-    print(description(plan, world.elevation_m, reachable_cells(plan, world)))
+    print(description(plan, world.elevation_m, observable(plan, world)))
 
 
 class _SeedRange(click.ParamType[tuple[int, ...]]):

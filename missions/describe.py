@@ -33,7 +33,7 @@ def description(plan: MissionPlan, elevation_m: FloatArray | None, reachable: Bo
     Parameters
     ----------
     elevation_m : (columns, rows) float64, ENU z of the true surface; None when no vehicle is simulated.
-    reachable : (columns, rows) bool, cells that can be seen at all; None likewise.
+    reachable : bool, what of the surface can be seen at all, as of `missions.yardstick.observable`; None likewise.
     """
     mission, grid = plan.mission, plan.grid
     lines = [
@@ -48,8 +48,9 @@ def description(plan: MissionPlan, elevation_m: FloatArray | None, reachable: Bo
         inside = elevation_m[plan.area_cells]
         lines.append(f"  ground    {inside.min():.0f} m to {inside.max():.0f} m above the datum")
     if reachable is not None:
-        share = np.count_nonzero(reachable) / np.count_nonzero(plan.area_cells)
-        lines.append(f"  reachable {100 * share:.2f} % of the surface can be seen by this team")
+        seen = np.count_nonzero(reachable)
+        share = f"{100 * seen / np.count_nonzero(plan.area_cells):.2f} %" if reachable.ndim == 2 else f"{seen} voxels"
+        lines.append(f"  reachable {share} of the surface can be seen by this team")
     lines.append(
         f"  task      {task_word(plan)}, planner {mission.task.planner}, steps of at most {mission.task.step_m:g} m, "
         f"seed {mission.seed}"

@@ -15,7 +15,7 @@ from typing import Any
 import msgspec
 
 from vehicle_agent.mission.load import MissionError, MissionPlan, load_mission
-from vehicle_agent.mission.model import GridTerrain, Mission
+from vehicle_agent.mission.model import GridTerrain, Mission, TownTerrain
 
 MAVLINK_PORT_OFFSET = 100
 """From `--port-base` to the first MAVLink port; below it lie the simulator's and 64 agents' Zenoh ports."""
@@ -69,7 +69,7 @@ def write_flown(plan: MissionPlan, run_dir: Path) -> MissionPlan:
     mission = plan.mission
     path = run_dir / "mission.toml"
     try:
-        if isinstance(mission.terrain, GridTerrain):
+        if isinstance(mission.terrain, GridTerrain | TownTerrain) and mission.terrain.file is not None:
             source = plan.source.parent / mission.terrain.file
             name = f"terrain{source.suffix}"
             shutil.copyfile(source, run_dir / name)

@@ -17,13 +17,13 @@ import numpy as np
 
 from missions.covered import covered_fraction, covers
 from missions.lockstep_vehicle import LockstepVehicle
+from missions.yardstick import merged, observable, share_seen
 from sim_bridge.fleet import Fleet
 from sim_bridge.radio import Radio, RadioParams
-from sim_bridge.reach import reachable_cells
 from sim_bridge.world import World
 from vehicle_agent.agent import VehicleAgent
-from vehicle_agent.domain.elevation import ElevationMap
 from vehicle_agent.domain.frames import FloatArray, Point
+from vehicle_agent.domain.team_map import TeamMap
 from vehicle_agent.mission.load import MissionPlan
 from vehicle_agent.wire.codec import Codec
 from vehicle_agent.wire.keys import key, topic_of
@@ -45,8 +45,10 @@ class LockstepResult:
         The mission.
     team_map
         All agents' maps merged.
-    true_elevation_m, reachable
-        (columns, rows), the world's surface (ENU z) and which of its cells can be seen at all.
+    true_elevation_m
+        (columns, rows) float64, the world's surface, ENU z.
+    reachable
+        Bool, what of the surface can be seen at all: cells, (columns, rows), or in a town voxels.
     times_s : (T,) float64, simulated seconds.
     positions_enu_m : (T, N, 3) float64.
     observed_fraction_curve : (T,) float64, share of the reachable cells seen by the team.
@@ -65,7 +67,7 @@ class LockstepResult:
     """
 
     plan: MissionPlan
-    team_map: ElevationMap
+    team_map: TeamMap
     true_elevation_m: FloatArray
     reachable: np.ndarray[Any, np.dtype[np.bool_]]
     times_s: FloatArray
@@ -89,7 +91,7 @@ class LockstepResult:
     @property
     def observed_fraction(self) -> float:
         """Share of the reachable surface that the team has seen."""
-        return _share_seen(self.team_map, self.reachable)
+        return share_seen(self.team_map.observed, self.reachable)
 
     def summary(self) -> dict[str, Any]:
         """Figures of the run, as saved in `summary.json`."""
@@ -129,9 +131,7 @@ class LockstepResult:
             "times_s": self.times_s,
             "positions_enu_m": self.positions_enu_m,
             "observed_fraction": self.observed_fraction_curve,
-            "first_stamp_ms": self.team_map.first_stamp_ms,
-            "observers": self.team_map.observers,
-            "elevation_dm": self.team_map.elevation_dm,
+            **self.team_map.arrays(),
             "true_elevation_m": self.true_elevation_m,
         }
         np.savez(folder / "run.npz", **arrays)  # type: ignore[arg-type]
@@ -156,7 +156,7 @@ def simulate(
     mission = plan.mission
     world = world or World.of(plan)
     fleet = Fleet(plan, world)
-    reachable = reachable_cells(plan, world)
+    reachable = observable(plan, world)
     seeds = [np.random.SeedSequence(mission.seed, spawn_key=(index,)) for index in range(len(mission.vehicles))]
     agents = [VehicleAgent(plan, i, boot_id=1 + i, rng=np.random.default_rng(seed)) for i, seed in enumerate(seeds)]
     links = [LockstepVehicle(plan, index, fleet) for index in range(len(agents))]
@@ -192,7 +192,7 @@ def simulate(
         record.tick([agent.map for agent in agents], progress)
     return LockstepResult(
         plan=plan,
-        team_map=_merged([agent.map for agent in agents]),
+        team_map=merged([agent.map for agent in agents]),
         true_elevation_m=world.elevation_m,
         reachable=reachable,
         times_s=np.array(record.times_s),
@@ -222,24 +222,13 @@ class _Record:
         self.worked_at_enu_m: dict[str, Point] = {}
         self.events: list[tuple[float, str, str, str]] = []
 
-    def tick(self, maps: list[ElevationMap], progress: Callable[[float, float], None] | None) -> None:
+    def tick(self, maps: list[TeamMap], progress: Callable[[float, float], None] | None) -> None:
         if self._fleet.time_s < self._due_s:
             return
         self._due_s = self._fleet.time_s + RECORD_PERIOD_S - 1e-6
         seen = np.logical_or.reduce([team_map.observed for team_map in maps])
         self.times_s.append(self._fleet.time_s)
         self.positions.append([vehicle.pilot.position_enu_m for vehicle in self._fleet.vehicles])
-        self.observed_fractions.append(float((seen & self._reachable).sum()) / max(1, int(self._reachable.sum())))
+        self.observed_fractions.append(share_seen(seen, self._reachable))
         if progress is not None:
             progress(self._fleet.time_s, self.observed_fractions[-1])
-
-
-def _merged(maps: list[ElevationMap]) -> ElevationMap:
-    merged = maps[0].copy()
-    for team_map in maps[1:]:
-        merged.merge(team_map)
-    return merged
-
-
-def _share_seen(team_map: ElevationMap, reachable: np.ndarray[Any, np.dtype[np.bool_]]) -> float:
-    return float((team_map.observed & reachable).sum()) / max(1, int(reachable.sum()))

@@ -36,7 +36,7 @@ def fleet_table(plan: MissionPlan, run_dir: Path) -> tuple[ProcessSpec, ...]:
     """
     kernels = ProcessSpec(
         name=KERNELS,
-        argv=_module("missions.kernels"),
+        argv=_module("missions.kernels", *(["town"] if plan.voxel_grid is not None else [])),
         log=run_dir / "kernels.log",
         loss=Loss.ENDS_MISSION,
         readiness=Readiness.FINISHED,

@@ -13,12 +13,14 @@ import numpy as np
 from missions.covered import covered_fraction, covers
 from missions.ending import Ending, MissionWatch, VehicleRecord
 from missions.summary import Summary, VehicleSummary
+from missions.yardstick import map_of_arrays, merged, share_seen
 from vehicle_agent.adapters.file_journal import FileJournal, JournalError, JournalHeader
 from vehicle_agent.behaviour.map_exchange import MapExchange
+from vehicle_agent.behaviour.outfit import make_shared_map
 from vehicle_agent.domain.elevation import ElevationMap
 from vehicle_agent.domain.frames import FloatArray
-from vehicle_agent.domain.grid import Grid
 from vehicle_agent.domain.polygon import BoolArray
+from vehicle_agent.domain.team_map import TeamMap
 from vehicle_agent.mission.load import MissionPlan
 
 AIM_FRACTION = 0.99
@@ -59,20 +61,16 @@ class RunFacts:
     warnings: tuple[str, ...]
 
 
-def load_map(path: Path, grid: Grid) -> ElevationMap | None:
-    """Read one vehicle's `map.npz`; None when it is missing, torn or of another grid."""
+def load_map(path: Path, plan: MissionPlan) -> TeamMap | None:
+    """Read one vehicle's `map.npz`; None when it is missing, torn or of another mission's grid."""
     try:
         with np.load(path, allow_pickle=False) as arrays:
-            loaded = ElevationMap(grid)
-            loaded.first_stamp_ms[...] = arrays["first_stamp_ms"]
-            loaded.observers[...] = arrays["observers"]
-            loaded.elevation_dm[...] = arrays["elevation_dm"]
-    except (OSError, ValueError, KeyError, zipfile.BadZipFile):
+            return map_of_arrays(plan, arrays)
+    except (OSError, ValueError, KeyError, IndexError, zipfile.BadZipFile):
         return None
-    return loaded
 
 
-def replay_journal(plan: MissionPlan, index: int, run_dir: Path) -> ElevationMap | None:
+def replay_journal(plan: MissionPlan, index: int, run_dir: Path) -> TeamMap | None:
     """What one vehicle had journalled of its own observations; None when its journal is missing or not its own."""
     name = plan.vehicle_names[index]
     path = run_dir / name / "journal.bin"
@@ -83,19 +81,18 @@ def replay_journal(plan: MissionPlan, index: int, run_dir: Path) -> ElevationMap
     except JournalError:
         return None
     try:
-        return MapExchange(plan.grid, plan.vehicle_names, index, 0, journal.records()).team_map
+        return MapExchange(make_shared_map(plan, index), plan.vehicle_names, index, 0, journal.records()).team_map
     finally:
         journal.close()
 
 
-def join_maps(plan: MissionPlan, run_dir: Path) -> ElevationMap:
+def join_maps(plan: MissionPlan, run_dir: Path) -> TeamMap:
     """Merge what every vehicle of a run left behind into one map: its map, and the journal of one that was killed."""
-    joined = ElevationMap(plan.grid)
+    found = [make_shared_map(plan, 0).team_map]
     for index, name in enumerate(plan.vehicle_names):
-        for one in (load_map(run_dir / name / "map.npz", plan.grid), replay_journal(plan, index, run_dir)):
-            if one is not None:
-                joined.merge(one)
-    return joined
+        left = (load_map(run_dir / name / "map.npz", plan), replay_journal(plan, index, run_dir))
+        found += [one for one in left if one is not None]
+    return merged(found)
 
 
 def read_referee(run_dir: Path) -> RefereeResult | None:
@@ -118,17 +115,19 @@ def summarise(
 
     Parameters
     ----------
-    reachable : (columns, rows) bool, the surface that can be seen at all; None when nobody knows the true terrain.
+    reachable : bool, the surface that can be seen at all, as of `missions.yardstick.observable`; None when nobody
+        knows the true terrain.
     elevation_m : (columns, rows) float64, the true surface, ENU z; None likewise: the team's map stands for it.
     """
     joined = join_maps(plan, run_dir)
     covered = None
     if covers(plan):
         places = {name: r.worked_at_m for name, r in watch.vehicles.items() if r.worked_at_m is not None}
+        assert isinstance(joined, ElevationMap)
         covered = covered_fraction(plan, joined.elevation_m if elevation_m is None else elevation_m, places)
     referee = read_referee(run_dir)
-    within = plan.area_cells if reachable is None else reachable
-    observed_fraction = int(np.count_nonzero(joined.observed & within)) / max(1, int(np.count_nonzero(within)))
+    within = _unknown_surface(plan, joined) if reachable is None else reachable
+    observed_fraction = share_seen(joined.observed, within)
     seen_cells = max(1, int(np.count_nonzero(joined.observed)))
     vehicles = [
         _vehicle_summary(plan, index, record, joined.first_observer_share(index) / seen_cells)
@@ -154,6 +153,11 @@ def summarise(
         peak_memory_bytes=facts.peak_memory_bytes,
         warnings=list(facts.warnings),
     )
+
+
+def _unknown_surface(plan: MissionPlan, joined: TeamMap) -> BoolArray:
+    """What counts where nobody knows the truth: all cells of the area; of a town what is known of it."""
+    return plan.area_cells if plan.voxel_grid is None else joined.observed
 
 
 def verdict(facts: RunFacts, vehicles: list[VehicleSummary], observed_fraction: float) -> str | None:

@@ -21,6 +21,7 @@ from missions.report import RunFacts, summarise
 from missions.summary import summary_text, write_summary
 from missions.supervisor import Change, Loss, Notice, Supervisor
 from missions.terminal import Terminal
+from missions.yardstick import observable
 from vehicle_agent.mission.load import MissionError, MissionPlan
 
 TICK_S = 0.1
@@ -215,11 +216,10 @@ class MissionRun:
         )
         reachable = elevation_m = None
         if processes.simulated_names(self.plan):
-            from sim_bridge.reach import reachable_cells
             from sim_bridge.world import World
 
-            elevation_m = World.of(self.plan).elevation_m
-            reachable = reachable_cells(self.plan, World.of(self.plan))
+            world = World.of(self.plan)
+            elevation_m, reachable = world.elevation_m, observable(self.plan, world)
         summary = summarise(self.plan, self.run_dir, watch, facts, reachable, elevation_m)
         write_summary(summary, self.run_dir)
         print(summary_text(summary, self.run_dir), flush=True)

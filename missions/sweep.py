@@ -20,7 +20,7 @@ from sim_bridge.world import World
 from vehicle_agent.mission.load import MissionError
 
 MIN_SEPARATION_M = 5.0
-"""Two vehicles in the air closer than this count as a breach."""
+"""Two vehicles in the air closer than this, or than half of `safety.separation_m`, count as a breach."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,6 +139,6 @@ def _is_good(result: LockstepResult) -> bool:
         (result.observed_fraction >= AIM_FRACTION or covers(result.plan))
         and all(result.finished)
         and not any(result.crashed)
-        and result.min_separation_m >= MIN_SEPARATION_M
+        and result.min_separation_m >= min(MIN_SEPARATION_M, 0.5 * result.plan.mission.safety.separation_m)
         and result.fence_breaches == 0
     )

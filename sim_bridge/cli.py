@@ -15,7 +15,7 @@ import msgspec
 from sim_bridge.control import DEFAULT_ENDPOINT, ControlPort, InjectError, control_port, inject
 from sim_bridge.faults import FAULTS
 from sim_bridge.fleet import Fleet
-from sim_bridge.kernels import warm_up
+from sim_bridge.kernels import warm_up, warm_up_town
 from sim_bridge.payload import PARTICIPANT, Payload
 from sim_bridge.result import result_of, write_result
 from sim_bridge.server import Server, ServerError
@@ -119,6 +119,8 @@ def serve(
         _make_folder(tlog_dir, "--tlog-dir")
         fleet = Fleet(plan, World.of(plan))
         warm_up()
+        if plan.voxel_grid is not None:
+            warm_up_town()
         asyncio.run(_serve(plan, fleet, run_dir, tlog_dir))
     except (MissionError, ServerError, LinkError, TelemetryLogError) as error:
         click.echo(str(error), err=True)

@@ -11,13 +11,13 @@ from vehicle_agent.behaviour.flight import Flight
 from vehicle_agent.behaviour.knowledge import Knowledge
 from vehicle_agent.behaviour.map_exchange import encode_record
 from vehicle_agent.behaviour.order_book import OrderBook
+from vehicle_agent.behaviour.outfit import outfit
 from vehicle_agent.behaviour.plausible import plausible
 from vehicle_agent.behaviour.rhythm import Rhythm
 from vehicle_agent.behaviour.status_report import Figures, status_fields
 from vehicle_agent.behaviour.voice import Voice
-from vehicle_agent.domain.elevation import ElevationMap
+from vehicle_agent.domain.team_map import TeamMap
 from vehicle_agent.mission.load import MissionPlan
-from vehicle_agent.planning.choose import make_task_planner
 from vehicle_agent.ports import Inbox, Outbox, VehicleState
 from vehicle_agent.wire.keys import TOPIC_BY_NAME
 from vehicle_agent.wire.messages import (
@@ -63,19 +63,16 @@ class VehicleAgent:
         rng: np.random.Generator,
         journal_records: Iterable[bytes] = (),
     ) -> None:
-        mission, vehicle = plan.mission, plan.mission.vehicles[index]
-        start_en_m = (vehicle.start_enu_m[0], vehicle.start_enu_m[1])
-        planner = make_task_planner(
-            mission.task, mission.stop.observed_fraction, plan.grid, vehicle.sensor.range_m, start_en_m, rng
-        )
+        vehicle = plan.mission.vehicles[index]
+        shared, navigator = outfit(plan, index, rng)
         self.name = vehicle.name
         self._voice = Voice(vehicle.name, boot_id)
         self._orders = OrderBook()
-        self._knowledge = Knowledge(plan, index, boot_id, journal_records)
+        self._knowledge = Knowledge(plan, index, shared, boot_id, journal_records)
         self._status_rhythm = Rhythm(TOPIC_BY_NAME["status"].period_s or 1.0)
         self._map_rhythm = Rhythm(TOPIC_BY_NAME["map"].period_s or 2.0)
         self._digest_rhythm = Rhythm(TOPIC_BY_NAME["digest"].period_s or 5.0)
-        self._flight = Flight(plan, index, planner, self._knowledge, self._voice, self._orders, self._status_rhythm)
+        self._flight = Flight(plan, index, navigator, self._knowledge, self._voice, self._orders, self._status_rhythm)
         self._commands = CommandDesk(vehicle.name)
         self._now_s = 0.0
         self._began_ms: int | None = None
@@ -89,7 +86,7 @@ class VehicleAgent:
         return self._flight.stage
 
     @property
-    def map(self) -> ElevationMap:
+    def map(self) -> TeamMap:
         """Everything that this vehicle measured or was told."""
         return self._knowledge.map
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from vehicle_agent.adapters.file_journal import FileJournal, JournalError, JournalHeader
 from vehicle_agent.adapters.mavsdk_autopilot import AutopilotError, MavsdkAutopilot
-from vehicle_agent.adapters.zenoh_payload import ZenohPayload
+from vehicle_agent.adapters.zenoh_payload import ZenohPayload, unpacker
 from vehicle_agent.adapters.zenoh_team import ZenohTeam
 from vehicle_agent.agent import VehicleAgent
 from vehicle_agent.domain.kernels import warm_up
@@ -73,7 +73,7 @@ def main(
         plan = load_mission(mission, change)
         check_task(plan)
         index = plan.index_of(vehicle)
-        warm_up()
+        _warm_up(plan)
         asyncio.run(_fly(plan, index, run_dir / vehicle, connection or plan.connection(index), exit_when_done))
     except (MissionError, LinkError, JournalError, AutopilotError) as error:
         click.echo(str(error), err=True)
@@ -81,6 +81,14 @@ def main(
     except OSError as error:
         click.echo(f"{error.filename or run_dir}: {error.strerror}; correct --run-dir", err=True)
         sys.exit(2)
+
+
+def _warm_up(plan: MissionPlan) -> None:
+    warm_up()
+    if plan.voxel_grid is not None:
+        from vehicle_agent.domain import town_kernels
+
+        town_kernels.warm_up()
 
 
 async def _fly(plan: MissionPlan, index: int, folder: Path, connection: str, exit_when_done: bool) -> None:
@@ -108,7 +116,7 @@ async def _fly(plan: MissionPlan, index: int, folder: Path, connection: str, exi
         opened.callback(link.close)
         sensor_link = FleetLink.open(plan.mission.name, name, connect=[plan.simulator_endpoint()])
         opened.callback(sensor_link.close)
-        payload = ZenohPayload(sensor_link, name, plan.grid.cells)
+        payload = ZenohPayload(sensor_link, name, unpacker(plan, index))
         autopilot = MavsdkAutopilot(
             connection,
             plan.system_id(index),

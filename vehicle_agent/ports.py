@@ -9,6 +9,7 @@ from typing import Protocol
 
 from vehicle_agent.domain.elevation import CellObservations
 from vehicle_agent.domain.frames import Point
+from vehicle_agent.domain.range_image import RangeImage
 from vehicle_agent.wire.messages import AnyMessage
 
 
@@ -147,9 +148,9 @@ class ActionResult:
 
 @dataclass(frozen=True, slots=True)
 class SensorScan:
-    """Surface cells seen by the vehicle's own sensor at one instant."""
+    """What the vehicle's own sensor saw at one instant: surface cells, or distances along rays."""
 
-    cells: CellObservations
+    seen: CellObservations | RangeImage
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,7 +15,7 @@ from typing import Protocol
 import msgspec
 import numpy as np
 
-from vehicle_agent.domain.elevation import ElevationMap
+from vehicle_agent.domain.team_map import TeamMap
 from vehicle_agent.link.counters import LinkCounters
 from vehicle_agent.ports import Autopilot, Inbox, Journal, Outbox, Payload, Team
 from vehicle_agent.wire.messages import Event, Severity, Stage
@@ -41,7 +41,7 @@ class Agent(Protocol):
     messages_dropped: int
 
     @property
-    def map(self) -> ElevationMap: ...
+    def map(self) -> TeamMap: ...
 
     @property
     def finished(self) -> bool: ...
@@ -213,12 +213,7 @@ class Runtime:
 
         def save_map(path: Path) -> None:
             with path.open("wb") as file:
-                np.savez_compressed(
-                    file,
-                    first_stamp_ms=known.first_stamp_ms,
-                    observers=known.observers,
-                    elevation_dm=known.elevation_dm,
-                )
+                np.savez_compressed(file, **known.arrays())  # type: ignore[arg-type]
 
         _replace(self._folder / "map.npz", save_map)
 

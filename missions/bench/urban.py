@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from missions.bench.observable import observable_of
+from sim_bridge.observable import observable_of
 from missions.bench.pool import measure_all
 from missions.bench.results import Row, save_rows
 from missions.bench.urban_run import UrbanExploration, UrbanParams, UrbanRun

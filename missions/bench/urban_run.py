@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from missions.bench.observable import Observable
+from sim_bridge.observable import Observable
 from vehicle_agent.domain.frames import FloatArray
 from vehicle_agent.domain.grid import IndexArray
 from vehicle_agent.domain.polygon import BoolArray

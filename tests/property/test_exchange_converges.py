@@ -6,9 +6,11 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from vehicle_agent.behaviour.elevation_share import ElevationShare
 from vehicle_agent.behaviour.map_exchange import MapExchange, encode_record
 from vehicle_agent.domain.elevation import CellObservations, ElevationMap
 from vehicle_agent.domain.grid import Grid
+from vehicle_agent.ports import SensorScan
 from vehicle_agent.wire.messages import DeltaRecord, Digest
 
 GRID = Grid(0.0, 0.0, 10.0, 6, 5)
@@ -41,11 +43,11 @@ class Network:
         self.now_s = 0.0
         self.nodes = [self.boot(index) for index in range(3)]
         # A station is a listener that never observes: any team index will do for it.
-        self.nodes.append(MapExchange(GRID, TEAM, 0, 999_999))
+        self.nodes.append(MapExchange(ElevationShare(GRID, 0), TEAM, 0, 999_999))
 
     def boot(self, index: int) -> MapExchange:
         self.boots += 1
-        return MapExchange(GRID, TEAM, index, self.boots, self.journals[index])
+        return MapExchange(ElevationShare(GRID, index), TEAM, index, self.boots, self.journals[index])
 
     def say(self, index: int, heard_by: set[int]) -> None:
         record = self.nodes[index].next_record()
@@ -78,7 +80,7 @@ def play(network: Network, schedule: list[tuple[object, ...]]) -> None:
                     np.full(count, height, dtype=np.int32),
                     np.full(count, 1_000 * second, dtype=np.int64),
                 )
-                network.nodes[index].observe(scan)
+                network.nodes[index].observe(SensorScan(scan))
             case ("say", int(index), set(heard_by)):
                 network.say(index, heard_by)
             case ("again", int(which), int(node)) if network.said:

@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 
 from vehicle_agent.behaviour import map_exchange
+from vehicle_agent.behaviour.elevation_share import ElevationShare
 from vehicle_agent.behaviour.map_exchange import MapExchange, encode_record
 from vehicle_agent.domain.elevation import CellObservations
 from vehicle_agent.domain.grid import Grid
+from vehicle_agent.ports import SensorScan
 from vehicle_agent.wire.cells import pack_cells, unpack_cells
 from vehicle_agent.wire.messages import DeltaRecord, Digest, StreamHeld
 
@@ -27,7 +29,7 @@ def seen(indices: list[int] | np.ndarray, stamp_ms: int = 1_000, elevation_dm: i
 
 
 def exchange(name: str = "ada", boot_id: int = 7, journal: tuple[bytes, ...] = (), grid: Grid = GRID) -> MapExchange:
-    return MapExchange(grid, TEAM, TEAM.index(name), boot_id, journal)
+    return MapExchange(ElevationShare(grid, TEAM.index(name)), TEAM, TEAM.index(name), boot_id, journal)
 
 
 def digest_of(held: MapExchange, sender: str) -> Digest:
@@ -37,7 +39,7 @@ def digest_of(held: MapExchange, sender: str) -> Digest:
 def said(held: MapExchange, *batches: list[int]) -> list[DeltaRecord]:
     records = []
     for number, indices in enumerate(batches):
-        held.observe(seen(indices, 1_000 + number))
+        held.observe(SensorScan(seen(indices, 1_000 + number)))
         record = held.next_record()
         assert record is not None
         records.append(record)
@@ -52,14 +54,14 @@ def test_records_are_numbered_without_gaps_and_hold_only_what_is_new() -> None:
     assert cells is not None
     assert cells.cell_indices.tolist() == [4]
     assert ada.next_record() is None
-    assert ada.observe(seen([1, 2], 9_000)) == 0
+    assert ada.observe(SensorScan(seen([1, 2], 9_000))) == 0
     assert ada.next_record() is None
 
 
 def test_several_scans_become_one_record_with_the_earliest_of_each_cell() -> None:
     ada = exchange()
-    ada.observe(seen([5, 6], 3_000, 30))
-    ada.observe(seen([6, 7], 2_000, 20))
+    ada.observe(SensorScan(seen([5, 6], 3_000, 30)))
+    ada.observe(SensorScan(seen([6, 7], 2_000, 20)))
     record = ada.next_record()
     assert record is not None
     cells = unpack_cells(record.cells, GRID.cells)
@@ -77,7 +79,7 @@ def test_a_scan_too_large_for_one_record_is_split_and_nothing_is_lost(monkeypatc
         indices, rng.integers(0, 30_000, len(indices)).astype(np.int32), np.full(len(indices), 5_000, dtype=np.int64)
     )
     ada, bob = exchange(grid=grid), exchange("bob", grid=grid)
-    ada.observe(noisy)
+    ada.observe(SensorScan(noisy))
     count = 0
     while (record := ada.next_record()) is not None:
         assert len(record.cells) <= map_exchange.MAX_RECORD_BYTES
@@ -91,7 +93,7 @@ def test_a_scan_too_large_for_one_record_is_split_and_nothing_is_lost(monkeypatc
 def test_an_impossible_scan_is_counted_and_changes_nothing() -> None:
     ada = exchange()
     for impossible in (seen([3, 3]), seen([5, 4]), seen([GRID.cells]), seen([-1])):
-        assert ada.observe(impossible) == 0
+        assert ada.observe(SensorScan(impossible)) == 0
     assert ada.refused == 4
     assert not ada.team_map.observed.any()
     assert ada.next_record() is None
@@ -105,7 +107,7 @@ def test_cells_of_which_nobody_could_be_told_are_left_out(stamp_ms: int, elevati
     odd = CellObservations(
         np.array([1, 2]), np.array([50, elevation_dm], dtype=np.int32), np.array([5, stamp_ms], dtype=np.int64)
     )
-    assert ada.observe(odd) == 1
+    assert ada.observe(SensorScan(odd)) == 1
     assert ada.refused == 1
     record = ada.next_record()
     assert record is not None

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from tests.fakes.sim_missions import sim_plan
+from vehicle_agent.behaviour.elevation_share import ElevationShare
 from vehicle_agent.behaviour.preflight import ATTEMPTS, Checklist, parameters_before_arming, return_height_m
 from vehicle_agent.behaviour.return_height import ReturnHeight
-from vehicle_agent.domain.elevation import CellObservations, ElevationMap
-from vehicle_agent.ports import ActionResult
+from vehicle_agent.domain.elevation import CellObservations
+from vehicle_agent.ports import ActionResult, SensorScan
 
 PLAN = sim_plan(vehicles=3)
 
@@ -66,16 +67,17 @@ def test_a_refused_parameter_is_tried_again_and_then_named() -> None:
     assert "no such parameter" in checklist.failed
 
 
-def mapped(elevation_dm: int) -> ElevationMap:
-    team_map = ElevationMap(PLAN.grid)
-    seen = CellObservations(np.array([5]), np.array([elevation_dm], dtype=np.int32), np.array([1]))
-    team_map.observe(0, seen)
-    return team_map
+def mapped(elevation_dm: int) -> ElevationShare:
+    shared = ElevationShare(PLAN.grid, 0)
+    shared.take_scan(
+        SensorScan(CellObservations(np.array([5]), np.array([elevation_dm], dtype=np.int32), np.array([1])))
+    )
+    return shared
 
 
 def test_the_return_height_rises_with_the_known_ground_and_not_too_often() -> None:
     height = ReturnHeight(PLAN, 0)
-    assert height.due_m(0.0, ElevationMap(PLAN.grid), 50.0) is None
+    assert height.due_m(0.0, ElevationShare(PLAN.grid, 0), 50.0) is None
     assert height.due_m(1.0, mapped(2_000), 50.0) is None  # not yet time
     wanted_m = height.due_m(4.0, mapped(2_000), 50.0)
     assert wanted_m is not None

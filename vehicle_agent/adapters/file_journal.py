@@ -44,6 +44,8 @@ class JournalHeader(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         """Header of one vehicle's journal; the fingerprint covers the datum, the grid and the area's cells."""
         digest = hashlib.sha256(repr((plan.datum, plan.grid)).encode())
         digest.update(plan.area_cells.tobytes())
+        if plan.voxel_grid is not None:
+            digest.update(repr(plan.voxel_grid).encode())
         return cls(plan.mission.name, vehicle, digest.hexdigest()[:32])
 
 

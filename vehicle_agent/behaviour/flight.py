@@ -5,13 +5,20 @@ It orders and says; who steers is judged before anything is ordered, so that a p
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from vehicle_agent.behaviour.authority import Authority, Steering
 from vehicle_agent.behaviour.energy import EnergyWatch
 from vehicle_agent.behaviour.goal_claim import GoalClaim
 from vehicle_agent.behaviour.knowledge import Knowledge
 from vehicle_agent.behaviour.navigator import Arrived, Navigator, Surroundings
 from vehicle_agent.behaviour.order_book import OrderBook
-from vehicle_agent.behaviour.preflight import Checklist, parameters_before_arming, return_altitude
+from vehicle_agent.behaviour.preflight import (
+    Checklist,
+    parameters_before_arming,
+    return_altitude,
+    take_off_height_m,
+)
 from vehicle_agent.behaviour.return_height import ReturnHeight
 from vehicle_agent.behaviour.rhythm import Rhythm
 from vehicle_agent.behaviour.standing_orders import StandingOrders
@@ -19,7 +26,7 @@ from vehicle_agent.behaviour.voice import Voice
 from vehicle_agent.domain.frames import Point
 from vehicle_agent.mission.load import MissionPlan
 from vehicle_agent.mission.model import CoverTask
-from vehicle_agent.planning.interface import Finished, Planner
+from vehicle_agent.planning.interface import Finished
 from vehicle_agent.planning.travel import way_length_m
 from vehicle_agent.ports import (
     ActionResult,
@@ -34,6 +41,9 @@ from vehicle_agent.ports import (
     VehicleState,
 )
 from vehicle_agent.wire.messages import Command, Orders, Severity, Stage, Verb
+
+if TYPE_CHECKING:  # a town's kernels load only where there is a town
+    from vehicle_agent.behaviour.town_navigator import TownNavigator
 
 TAKE_OFF_ATTEMPTS = 3
 LEFT_GROUND_M = 1.0
@@ -68,7 +78,7 @@ class Flight:
         self,
         plan: MissionPlan,
         index: int,
-        planner: Planner,
+        navigator: Navigator | TownNavigator,
         knowledge: Knowledge,
         voice: Voice,
         orders: OrderBook,
@@ -87,7 +97,9 @@ class Flight:
         self._left_ground = False
         self._landing_begun = False
         self._handed_back_stage = Stage.WORKING
-        self.navigator = Navigator(plan, index, planner)
+        voxels = plan.voxel_grid
+        self._take_off_slack_m = 0.05 * self.take_off_height_m if voxels is None else 0.4 * voxels.voxel_m
+        self.navigator = navigator
         self.standing = StandingOrders(plan, index)
         self.return_height = ReturnHeight(plan, index)
         self.stage = Stage.CONNECTING
@@ -172,7 +184,7 @@ class Flight:
         self._left_ground |= climbed_m > LEFT_GROUND_M
         if not state.armed:
             self._disarmed_in_take_off()
-        elif climbed_m >= 0.95 * self.take_off_height_m:
+        elif climbed_m >= self.take_off_height_m - self._take_off_slack_m:
             self._took_off_at_s = self._now_s
             self._enter(Stage.WORKING, "took-off", f"airborne at {climbed_m:.0f} m above home")
         elif steers and not self._left_ground:
@@ -189,7 +201,7 @@ class Flight:
 
     @property
     def take_off_height_m(self) -> float:
-        return self._vehicle.min_above_terrain_m * 1.1
+        return take_off_height_m(self._plan, self._index)
 
     def _work(self, state: VehicleState) -> None:
         reason = self._reason_to_return(state)
@@ -373,7 +385,7 @@ class Flight:
         if (order := self._checklist.next_order()) is not None:
             self._checklist.submitted(self._orders.give(order))
         if state.home_enu_m is not None:
-            height_m = self.return_height.due_m(self._now_s, self._knowledge.map, state.home_enu_m[2])
+            height_m = self.return_height.due_m(self._now_s, self._knowledge.shared, state.home_enu_m[2])
             if height_m is not None:
                 self.return_height.asked(self._orders.give(return_altitude(height_m)), height_m)
 

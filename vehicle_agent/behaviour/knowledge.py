@@ -6,9 +6,10 @@ from collections.abc import Iterable
 
 from vehicle_agent.behaviour.map_exchange import MapExchange
 from vehicle_agent.behaviour.navigator import Surroundings
+from vehicle_agent.behaviour.shared_map import SharedMap
 from vehicle_agent.behaviour.team_picture import TeamPicture
-from vehicle_agent.domain.elevation import ElevationMap
 from vehicle_agent.domain.polygon import BoolArray
+from vehicle_agent.domain.team_map import TeamMap
 from vehicle_agent.mission.load import MissionPlan
 from vehicle_agent.ports import SensorScan, VehicleState
 from vehicle_agent.wire.messages import DeltaRecord, Digest
@@ -25,31 +26,33 @@ class Knowledge:
         Who is heard, where, and going where.
     """
 
-    def __init__(self, plan: MissionPlan, index: int, boot_id: int, journal_records: Iterable[bytes]) -> None:
+    def __init__(
+        self, plan: MissionPlan, index: int, shared: SharedMap, boot_id: int, journal_records: Iterable[bytes]
+    ) -> None:
         self._plan, self._index = plan, index
         self._own_name = plan.vehicle_names[index]
-        self._map_version = 0
-        self.exchange = MapExchange(plan.grid, plan.vehicle_names, index, boot_id, journal_records)
+        self.shared = shared
+        self.exchange = MapExchange(shared, plan.vehicle_names, index, boot_id, journal_records)
         self.team = TeamPicture(self._own_name, plan.vehicle_names, plan.mission.safety.teammate_silence_s)
 
     @property
-    def map(self) -> ElevationMap:
-        return self.exchange.team_map
+    def map(self) -> TeamMap:
+        return self.shared.team_map
 
     @property
     def first_seen_cells(self) -> float:
         """J_E of this vehicle (Renzaglia eq. 5)."""
-        return self.map.first_observer_share(self._index, self._plan.area_cells)
+        return self.shared.first_seen(self._index, self._plan.area_cells)
 
     def known_fraction(self, area_cells: BoolArray) -> float:
-        """Share of those cells, (columns, rows) bool, on this vehicle's map."""
-        return float((self.map.observed & area_cells).sum()) / max(1, int(area_cells.sum()))
+        """Share of what is to be seen over those cells, (columns, rows) bool, on this vehicle's map."""
+        return self.shared.known_fraction(area_cells)
 
     def observe(self, scan: SensorScan) -> None:
-        self._map_version += self.exchange.observe(scan.cells)
+        self.exchange.observe(scan)
 
     def receive(self, records: Iterable[DeltaRecord], repaired_at_s: float | None = None) -> None:
-        self._map_version += self.exchange.receive(records, repaired_at_s)
+        self.exchange.receive(records, repaired_at_s)
 
     def repair_for(self, digest: Digest, now_s: float) -> tuple[DeltaRecord, ...]:
         """What to send to a digest's sender."""
@@ -62,8 +65,7 @@ class Knowledge:
         return Surroundings(
             now_s,
             state,
-            self.map,
-            self._map_version,
+            self.shared.version,
             self.team.teammates(),
             self.team.reservations(now_s),
             self.first_seen_cells,

@@ -13,14 +13,14 @@ from dataclasses import dataclass, field
 import msgspec
 import numpy as np
 
-from vehicle_agent.domain.elevation import CellObservations, ElevationMap
-from vehicle_agent.domain.grid import Grid
-from vehicle_agent.wire.cells import MAX_ELEVATION_DM, MAX_STAMP_MS, pack_cells, unpack_cells
+from vehicle_agent.behaviour.shared_map import SharedMap
+from vehicle_agent.domain.team_map import TeamMap
+from vehicle_agent.ports import SensorScan
 from vehicle_agent.wire.messages import MAX_RECORDS, DeltaRecord, Digest, StreamHeld
 
 StreamId = tuple[str, int]
 MAX_RECORD_BYTES = 8_000
-"""A record larger than this would stand in the way of others on a thin link; more cells wait for the next one."""
+"""A record larger than this would stand in the way of others on a thin link; the rest waits for the next one."""
 MAX_STREAMS = 256
 """Streams followed and told in a digest; a team of honest vehicles makes one per start of an agent."""
 MAX_REPAIR_BYTES = 24_000
@@ -68,22 +68,26 @@ class MapExchange:
 
     Attributes
     ----------
-    team_map
-        Everything that this vehicle measured or was told.
+    shared
+        The map, everything that this vehicle measured or was told.
     refused
-        Records of unknown vehicles or with impossible cells, counted and dropped.
+        Scans and records of unknown vehicles or with impossible content, counted and dropped.
     """
 
     def __init__(
-        self, grid: Grid, team: tuple[str, ...], own_index: int, boot_id: int, journal_records: Iterable[bytes] = ()
+        self,
+        shared: SharedMap,
+        team: tuple[str, ...],
+        own_index: int,
+        boot_id: int,
+        journal_records: Iterable[bytes] = (),
     ) -> None:
-        self.team_map = ElevationMap(grid)
+        self.shared = shared
         self.refused = 0
         self._team = team
         self._own_index = own_index
         self._stream_id = boot_id
         self._streams: dict[StreamId, Stream] = {}
-        self._pending: list[CellObservations] = []
         self._sent_at_s: dict[tuple[StreamId, int], float] = {}
         self._told: dict[str, dict[StreamId, int]] = {}
         for record in _own_records(journal_records, team[own_index]):
@@ -94,29 +98,19 @@ class MapExchange:
             self._stream_id = boot_id
 
     @property
+    def team_map(self) -> TeamMap:
+        """The map itself."""
+        return self.shared.team_map
+
+    @property
     def own_stream(self) -> Stream:
         return self._streams.setdefault((self._team[self._own_index], self._stream_id), Stream())
 
-    def observe(self, cells: CellObservations) -> int:
-        """Fold one scan of the own sensor in; return how many cells it changed.
-
-        An impossible scan, and one with cells of which nobody could be told, is counted; of the latter the rest counts.
-        """
-        sayable = (np.abs(cells.elevations_dm.astype(np.int64)) <= MAX_ELEVATION_DM) & (cells.stamps_ms >= 0)
-        sayable &= cells.stamps_ms <= MAX_STAMP_MS
-        if not sayable.all():
-            self.refused += 1
-            cells = CellObservations(
-                cells.cell_indices[sayable], cells.elevations_dm[sayable], cells.stamps_ms[sayable]
-            )
-        try:
-            changed = self.team_map.observe(self._own_index, cells)
-        except ValueError:
-            self.refused += 1
-            return 0
-        if len(changed):
-            self._pending.append(changed)
-        return len(changed)
+    def observe(self, scan: SensorScan) -> int:
+        """Fold one scan of the own sensor in; return how much it changed. What makes no sense is counted."""
+        changed, sensible = self.shared.take_scan(scan)
+        self.refused += not sensible
+        return changed
 
     def next_record(self) -> DeltaRecord | None:
         """What was observed since the last call as the stream's next record; None when nothing was.
@@ -124,15 +118,9 @@ class MapExchange:
         A record stays below `MAX_RECORD_BYTES`: what does not fit is left for the next call. The caller journals it
         before anybody else hears of it.
         """
-        if not self._pending:
+        blob = self.shared.next_blob(MAX_RECORD_BYTES)
+        if blob is None:
             return None
-        cells = _earliest(self._pending)
-        self._pending.clear()
-        blob = pack_cells(cells)
-        while len(blob) > MAX_RECORD_BYTES:
-            cells, rest = _split(cells, max(1, int(0.9 * len(cells) * MAX_RECORD_BYTES / len(blob))))
-            self._pending.append(rest)
-            blob = pack_cells(cells)
         record = DeltaRecord(self._team[self._own_index], self._stream_id, self.own_stream.held, blob)
         self.own_stream.add(record)
         return record
@@ -196,15 +184,17 @@ class MapExchange:
 
     def _take(self, record: DeltaRecord) -> bool:
         stream_id = (record.origin, record.stream_id)
-        cells = unpack_cells(record.cells, self.team_map.grid.cells)
         too_many = stream_id not in self._streams and len(self._streams) >= MAX_STREAMS
-        if cells is None or record.origin not in self._team or too_many:
+        if record.origin not in self._team or too_many:
             self.refused += 1
             return False
-        if not self._streams.setdefault(stream_id, Stream()).add(record):
+        known = self._streams.get(stream_id)
+        if known is not None and record.delta_sequence in known.records:
             return False
-        self.team_map.observe(self._team.index(record.origin), cells)
-        return True
+        if not self.shared.fold(self._team.index(record.origin), record.cells):
+            self.refused += 1
+            return False
+        return self._streams.setdefault(stream_id, Stream()).add(record)
 
 
 def _own_records(journal_records: Iterable[bytes], own_name: str) -> Iterator[DeltaRecord]:
@@ -220,22 +210,3 @@ def _own_records(journal_records: Iterable[bytes], own_name: str) -> Iterator[De
 def encode_record(record: DeltaRecord) -> bytes:
     """The bytes of a record as the journal keeps them."""
     return msgspec.msgpack.encode(record)
-
-
-def _earliest(batches: list[CellObservations]) -> CellObservations:
-    """One batch with every cell once, its earliest observation kept."""
-    indices = np.concatenate([batch.cell_indices for batch in batches])
-    elevations = np.concatenate([batch.elevations_dm for batch in batches])
-    stamps = np.concatenate([batch.stamps_ms for batch in batches])
-    order = np.lexsort((elevations, stamps, indices))
-    first = order[np.unique(indices[order], return_index=True)[1]]
-    return CellObservations(indices[first], elevations[first], stamps[first])
-
-
-def _split(cells: CellObservations, count: int) -> tuple[CellObservations, CellObservations]:
-    """The first `count` observations and the rest."""
-    indices, elevations, stamps = cells.cell_indices, cells.elevations_dm, cells.stamps_ms
-    return (
-        CellObservations(indices[:count], elevations[:count], stamps[:count]),
-        CellObservations(indices[count:], elevations[count:], stamps[count:]),
-    )

@@ -52,8 +52,8 @@ class Surroundings:
         The vehicle's time.
     state
         Of its autopilot.
-    team_map, map_version
-        The map, and a number that changes with it.
+    map_version
+        Changes with the map.
     teammates
         Living and working.
     reservations
@@ -64,7 +64,6 @@ class Surroundings:
 
     now_s: float
     state: VehicleState
-    team_map: ElevationMap
     map_version: int
     teammates: tuple[Teammate, ...]
     reservations: tuple[Reservation, ...]
@@ -89,9 +88,9 @@ class Navigator:
         For a person to read.
     """
 
-    def __init__(self, plan: MissionPlan, index: int, planner: Planner) -> None:
+    def __init__(self, plan: MissionPlan, index: int, planner: Planner, team_map: ElevationMap) -> None:
         vehicle = plan.mission.vehicles[index]
-        self._plan, self._index, self._planner = plan, index, planner
+        self._plan, self._index, self._planner, self._map = plan, index, planner, team_map
         self._min_above_m, self._max_above_m = vehicle.min_above_terrain_m, vehicle.max_above_terrain_m
         self._range_m = vehicle.sensor.range_m
         self._allowed = allowed_cells(plan)
@@ -140,12 +139,12 @@ class Navigator:
         self._has_asked = True
         decision: Decision = Finished("nothing is to be seen")
         for area_cells in areas:
-            if self._covers or (area_cells & ~around.team_map.observed).any():
+            if self._covers or (area_cells & ~self._map.observed).any():
                 decision = self._planner.ask(
                     Situation(
                         self._index,
                         around.state.position_enu_m,
-                        around.team_map,
+                        self._map,
                         area_cells,
                         self._range_m,
                         self._constraints(around),
@@ -255,7 +254,7 @@ class Navigator:
     def _constraints(self, around: Surroundings) -> Constraints:
         if around.map_version != self._surface_version:
             self._surface = assumed_surface(
-                around.team_map.elevation_m, self._allowed, self._plan.grid.cell_m, SHADOW_RINGS, STEEPEST_SLOPE
+                self._map.elevation_m, self._allowed, self._plan.grid.cell_m, SHADOW_RINGS, STEEPEST_SLOPE
             )
             self._surface_version = around.map_version
         return Constraints(

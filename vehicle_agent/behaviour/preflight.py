@@ -15,9 +15,22 @@ RETURN_LANE_M = 15.0
 
 
 def return_height_m(plan: MissionPlan, index: int, highest_known_up_m: float, home_up_m: float) -> float:
-    """Height above home at which a vehicle's own failsafe brings it home: above all ground that is known."""
+    """Height above home at which a vehicle's own failsafe brings it home: above all ground that is known.
+
+    In a town it is above where the team flies.
+    """
     above_ground_m = plan.mission.vehicles[index].min_above_terrain_m
+    if plan.voxel_grid is not None:
+        highest_known_up_m = max(vehicle.max_above_terrain_m for vehicle in plan.mission.vehicles)
     return max(highest_known_up_m - home_up_m, 0.0) + above_ground_m + RETURN_LANE_M * index
+
+
+def take_off_height_m(plan: MissionPlan, index: int) -> float:
+    """Height above home at which a vehicle begins its work; in a town as high as it flies."""
+    vehicle, voxels = plan.mission.vehicles[index], plan.voxel_grid
+    if voxels is None:
+        return vehicle.min_above_terrain_m * 1.1
+    return voxels.centre_of(voxels.voxel_of((0.0, 0.0, vehicle.max_above_terrain_m)))[2]
 
 
 def parameters_before_arming(plan: MissionPlan, index: int) -> tuple[SetParameter, ...]:

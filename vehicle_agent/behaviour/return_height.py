@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from vehicle_agent.behaviour.preflight import return_height_m
 from vehicle_agent.behaviour.rhythm import Rhythm
-from vehicle_agent.domain.elevation import ElevationMap
+from vehicle_agent.behaviour.shared_map import SharedMap
 from vehicle_agent.mission.load import MissionPlan
 from vehicle_agent.ports import ActionResult
 
@@ -30,12 +28,11 @@ class ReturnHeight:
         self._asked: tuple[int, float] | None = None
         self.height_m = return_height_m(plan, index, 0.0, 0.0)
 
-    def due_m(self, now_s: float, team_map: ElevationMap, home_up_m: float) -> float | None:
+    def due_m(self, now_s: float, shared: SharedMap, home_up_m: float) -> float | None:
         """The height to ask the autopilot for now; None when the present one does or it is not time to ask."""
         if not self._rhythm.is_due(now_s):
             return None
-        highest_dm = np.max(team_map.elevation_dm, where=team_map.observed, initial=-(10**6))
-        wanted_m = return_height_m(self._plan, self._index, float(highest_dm) * 0.1, home_up_m)
+        wanted_m = return_height_m(self._plan, self._index, shared.highest_up_m(), home_up_m)
         return wanted_m + STEP_M if wanted_m > self.height_m else None
 
     def asked(self, action_id: int, height_m: float) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from vehicle_agent.behaviour.leg import stopping_point
 from vehicle_agent.behaviour.navigator import Navigator
@@ -11,6 +11,9 @@ from vehicle_agent.behaviour.units import to_centimetres
 from vehicle_agent.domain.frames import Point
 from vehicle_agent.ports import VehicleState
 from vehicle_agent.wire.messages import Stage
+
+if TYPE_CHECKING:
+    from vehicle_agent.behaviour.town_navigator import TownNavigator
 
 MAX_COUNT = 2**32 - 1
 MAX_WHY = 160
@@ -31,7 +34,7 @@ class Figures:
 def status_fields(
     stage: Stage,
     state: VehicleState,
-    navigator: Navigator,
+    navigator: Navigator | TownNavigator,
     home_enu_m: Point,
     take_off_height_m: float,
     return_height_m: float,
@@ -67,7 +70,7 @@ def status_fields(
 
 
 def _reserved_end(
-    stage: Stage, state: VehicleState, navigator: Navigator, home_enu_m: Point, take_off_height_m: float
+    stage: Stage, state: VehicleState, navigator: Navigator | TownNavigator, home_enu_m: Point, take_off_height_m: float
 ) -> Point:
     """End of the leg that teammates should keep clear of; without a leg, where the vehicle would come to rest."""
     east_m, north_m, up_m = state.position_enu_m

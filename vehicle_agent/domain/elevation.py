@@ -7,7 +7,9 @@ is commutative, associative and idempotent whatever it is fed.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -21,6 +23,7 @@ UNOBSERVED_STAMP_MS = int(np.iinfo(np.int64).max)
 NO_ELEVATION_DM = int(np.iinfo(np.int32).max)
 MAX_OBSERVERS = 64
 """Observers are bits of one 64-bit word per cell."""
+_ARRAYS = ("first_stamp_ms", "observers", "elevation_dm")
 
 StampArray = npt.NDArray[np.int64]
 ElevationArray = npt.NDArray[np.int32]
@@ -140,6 +143,18 @@ class ElevationMap:
         if within is not None:
             mine &= within
         return float(np.sum(1.0 / np.bitwise_count(self.observers[mine])))
+
+    def arrays(self) -> dict[str, npt.NDArray[Any]]:
+        """Everything in it as named arrays, for `of_arrays`."""
+        return {name: getattr(self, name) for name in _ARRAYS}
+
+    @classmethod
+    def of_arrays(cls, grid: Grid, arrays: Mapping[str, npt.NDArray[Any]]) -> ElevationMap:
+        """A map from its arrays; KeyError or ValueError when they are not those of a map on this grid."""
+        loaded = cls(grid)
+        for name in _ARRAYS:
+            getattr(loaded, name)[...] = arrays[name]
+        return loaded
 
     def copy(self) -> ElevationMap:
         duplicate = ElevationMap(self.grid)

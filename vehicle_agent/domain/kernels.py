@@ -1,4 +1,7 @@
-"""Compiles every kernel once and keeps the result in the cache, so that no vehicle waits for a compiler in flight."""
+"""Compiles the kernels that every mission needs once, so that no vehicle waits for a compiler in flight.
+
+The results stay in the cache.
+"""
 
 from __future__ import annotations
 
@@ -12,13 +15,9 @@ from vehicle_agent.domain.paths import (
     travel_distances,
 )
 from vehicle_agent.domain.polynomials import cubic_monomials
-from vehicle_agent.domain.ray_fan import count_seen, down_looking_fan, first_with_view, unknown_met
 from vehicle_agent.domain.segments import come_too_near, segment_distance_m
 from vehicle_agent.domain.tours import share_out
 from vehicle_agent.domain.visibility import seen_cells, weigh_views
-from vehicle_agent.domain.voxel_grid import VoxelGrid
-from vehicle_agent.domain.voxel_paths import voxel_distances
-from vehicle_agent.domain.voxels import VoxelMap
 
 
 def warm_up() -> None:
@@ -37,20 +36,6 @@ def warm_up() -> None:
     travel_distances(np.ones((4, 4), dtype=np.bool_), 0, 0)
     places = np.zeros((2, 2))
     share_out(places, places, places, np.zeros(2), 1.0, 1)
-    _warm_up_voxels()
-
-
-def _warm_up_voxels() -> None:
-    voxels, fan = VoxelMap(VoxelGrid(0.0, 0.0, 0.0, 1.0, 4, 4, 4)), down_looking_fan(1.0)
-    voxels.insert(0, (0.5, 0.5, 0.5), np.ones((1, 3)), 2.0, 0)
-    states, spots = voxels.states(), np.ones((1, 3), dtype=np.int64)
-    voxel_distances(np.ones((4, 4, 4), dtype=np.bool_), 0, np.empty(0, dtype=np.bool_), 0)
-    count_seen(states, fan.steps, fan.firsts, fan.ray_to, spots, spots, 1)
-    unknown_met(states, fan.steps, fan.firsts, spots, 1)
-    crossings = fan.crossings
-    first_with_view(
-        states, fan.steps, fan.firsts, fan.reach, crossings.firsts, crossings.rays, crossings.steps, spots, spots
-    )
 
 
 if __name__ == "__main__":

@@ -64,6 +64,12 @@ class RayFan:
     ray_to: npt.NDArray[np.int32]
     crossings: Crossings
 
+    @property
+    def aims(self) -> FloatArray:
+        """Where the rays end that meet nothing, from the sensor: (R, 3) float64, voxels."""
+        aims: FloatArray = self.targets + np.array(AIM)
+        return aims
+
     def ends(self, centre: FloatArray, last_steps: IndexArray, voxel_m: float) -> FloatArray:
         """Points in which rays from a sensor at `centre` end that end at these steps: (R, 3) float64, metres."""
         aims = self.targets + np.array(AIM)

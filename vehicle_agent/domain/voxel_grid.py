@@ -68,6 +68,11 @@ class VoxelGrid:
     def contains(self, voxel: tuple[int, int, int]) -> bool:
         return all(0 <= index < size for index, size in zip(voxel, self.shape, strict=True))
 
+    def clamped(self, voxel: tuple[int, int, int]) -> tuple[int, int, int]:
+        """The nearest voxel inside the grid."""
+        column, row, layer = (min(max(index, 0), size - 1) for index, size in zip(voxel, self.shape, strict=True))
+        return (column, row, layer)
+
     def centre_of(self, voxel: tuple[int, int, int]) -> Point:
         """Centre of a voxel, ENU metres."""
         column, row, layer = voxel

@@ -81,10 +81,8 @@ def _check_volume(plan: MissionPlan, fail: Fail) -> None:
             raise fail("area.up_m", "missing; a town needs the lowest and highest up of its map, e.g. [-1.0, 30.0]")
         return
     low_m, high_m = up_m
-    if not low_m < 0.0 < high_m:
-        raise fail("area.up_m", "must be [lowest, highest] with the ground at 0 between them")
-    if abs(low_m / cell_m - round(low_m / cell_m)) > 1e-6:
-        raise fail("area.up_m", f"the lowest up must be a multiple of area.cell_m ({cell_m:g} m)")
+    if abs(low_m + cell_m) > 1e-6 or high_m <= 0.0:
+        raise fail("area.up_m", f"must be [{-cell_m:g}, highest]: one voxel of ground below 0, and all buildings above")
     voxels = plan.grid.cells * math.ceil((high_m - low_m) / cell_m)
     if voxels > MAX_VOXELS:
         raise fail("area.cell_m", f"{cell_m:g} m makes {voxels} voxels; choose {2.0 * cell_m:g} m or a smaller area")
@@ -152,7 +150,7 @@ def _check_sensor(plan: MissionPlan, index: int) -> None:
         return
     if isinstance(vehicle.sensor, HalfSphereSensor):
         raise MissionError(
-            f"{plan.source}: vehicles[{index}].sensor.kind: 'half-sphere' sees voxels; give area.up_m, or choose 'range'"
+            f"{plan.source}: vehicles[{index}].sensor.kind: 'half-sphere' sees voxels; give area.up_m, or take 'range'"
         )
     if isinstance(vehicle.sensor, SingleBeamSensor):
         raise MissionError(

@@ -35,6 +35,38 @@ class Reservation:
 
 
 @dataclass(frozen=True, slots=True)
+class Traffic:
+    """Legs that teammates have reserved, and the smallest distance to keep from them."""
+
+    reservations: tuple[Reservation, ...]
+    separation_m: float
+
+    def conflict(self, start_enu_m: Point, end_enu_m: Point) -> Reservation | None:
+        """The first reservation that a leg must not be flown against; None when it is clear."""
+        return next(self.conflicts(start_enu_m, end_enu_m), None)
+
+    def conflicts(self, start_enu_m: Point, end_enu_m: Point) -> Iterator[Reservation]:
+        """Reservations that a leg comes too near to, and nearer than its start is to the leg or to its owner.
+
+        The owner counts apart: a vehicle that happens to be on the other's leg must not fly towards it.
+        """
+        start, end = as_array(start_enu_m), as_array(end_enu_m)
+        for reservation in self.reservations:
+            theirs, there = as_array(reservation.start_enu_m), as_array(reservation.end_enu_m)
+            if self._comes_too_near(start, end, theirs, there) or self._comes_too_near(start, end, theirs, theirs):
+                yield reservation
+
+    def blocks(self, start_enu_m: Point, end_enu_m: Point, place_enu_m: Point) -> bool:
+        """Tell whether somebody who comes to rest at a place would be in the way of a leg."""
+        place = as_array(place_enu_m)
+        return self._comes_too_near(as_array(start_enu_m), as_array(end_enu_m), place, place)
+
+    def _comes_too_near(self, start: FloatArray, end: FloatArray, theirs: FloatArray, there: FloatArray) -> bool:
+        apart_m = segment_distance_m(start, end, theirs, there)
+        return apart_m < least_distance_m(self.separation_m, segment_distance_m(start, start, theirs, there))
+
+
+@dataclass(frozen=True, slots=True)
 class Constraints:
     """Where a vehicle may fly now.
 
@@ -148,29 +180,22 @@ class Constraints:
         grid, start, ends = self.grid, as_array(start_enu_m), as_array(end_enu_m)[None, :]
         return float(leg_clearances(self.surface_m, grid.west_m, grid.south_m, grid.cell_m, start, ends)[0])
 
+    @property
+    def traffic(self) -> Traffic:
+        """Teammates' legs and the distance to them."""
+        return Traffic(self.reservations, self.separation_m)
+
     def conflict(self, start_enu_m: Point, end_enu_m: Point) -> Reservation | None:
         """The first reservation that a leg must not be flown against; None when it is clear."""
-        return next(self.conflicts(start_enu_m, end_enu_m), None)
+        return self.traffic.conflict(start_enu_m, end_enu_m)
 
     def conflicts(self, start_enu_m: Point, end_enu_m: Point) -> Iterator[Reservation]:
-        """Reservations that a leg comes too near to, and nearer than its start is to the leg or to its owner.
-
-        The owner counts apart: a vehicle that happens to be on the other's leg must not fly towards it.
-        """
-        start, end = as_array(start_enu_m), as_array(end_enu_m)
-        for reservation in self.reservations:
-            theirs, there = as_array(reservation.start_enu_m), as_array(reservation.end_enu_m)
-            if self._comes_too_near(start, end, theirs, there) or self._comes_too_near(start, end, theirs, theirs):
-                yield reservation
+        """As `Traffic.conflicts`."""
+        return self.traffic.conflicts(start_enu_m, end_enu_m)
 
     def blocks(self, start_enu_m: Point, end_enu_m: Point, place_enu_m: Point) -> bool:
-        """Tell whether somebody who comes to rest at a place would be in the way of a leg."""
-        place = as_array(place_enu_m)
-        return self._comes_too_near(as_array(start_enu_m), as_array(end_enu_m), place, place)
-
-    def _comes_too_near(self, start: FloatArray, end: FloatArray, theirs: FloatArray, there: FloatArray) -> bool:
-        apart_m = segment_distance_m(start, end, theirs, there)
-        return apart_m < least_distance_m(self.separation_m, segment_distance_m(start, start, theirs, there))
+        """As `Traffic.blocks`."""
+        return self.traffic.blocks(start_enu_m, end_enu_m, place_enu_m)
 
 
 def _point(row: FloatArray) -> Point:

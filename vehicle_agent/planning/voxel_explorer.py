@@ -9,17 +9,19 @@ of its sensor reaches it through known free voxels, so that every such visit mak
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from vehicle_agent.domain.frames import FloatArray
+from vehicle_agent.domain.frames import FloatArray, Point
 from vehicle_agent.domain.grid import IndexArray
 from vehicle_agent.domain.polygon import BoolArray
 from vehicle_agent.domain.ray_fan import RayFan, count_seen, first_with_view, unknown_met
 from vehicle_agent.domain.tours import share_out
 from vehicle_agent.domain.voxel_evidence import ByteArray
+from vehicle_agent.domain.voxel_grid import VoxelGrid
 from vehicle_agent.domain.voxel_paths import UNIT, UNREACHED, trace_voxels, voxel_distances, with_clearance
 from vehicle_agent.domain.voxels import FREE, UNKNOWN
 
@@ -156,9 +158,31 @@ class VoxelExplorer:
         """Whether anything that the present route was chosen for is still unknown."""
         return bool((picture.states.ravel()[self._expected] == UNKNOWN).any())
 
+    @property
+    def expected(self) -> IndexArray:
+        """Flat indices of the voxels for which the present route was chosen: (N,) int64."""
+        return self._expected
+
+    @property
+    def expects_any(self) -> bool:
+        return len(self._expected) > 0
+
+    def let_go(self) -> None:
+        """Leave the present patch: the way there is taken."""
+        self.patch = None
+
     def reconsider(self) -> None:
         """Try again what was given up."""
         self._given_up.clear()
+
+    def patch_of(self, voxel: Voxel, shape: tuple[int, ...]) -> int:
+        """Number of the patch that a voxel belongs to."""
+        return int(self._patch_of(np.array([voxel], dtype=np.int64), shape)[0])
+
+    def middle_of(self, patch: int, shape: tuple[int, ...]) -> tuple[int, int]:
+        """Column and row in the middle of a patch; they may lie beyond the grid's border."""
+        column, row = self._patches(shape)[patch]
+        return (int(column), int(row))
 
     def ask(self, picture: VoxelPicture, voxel: Voxel, teammates: list[VoxelTeammate]) -> VoxelRoute | None:
         """Choose a route from here; None when nothing unknown can be seen from anywhere within reach.
@@ -319,6 +343,41 @@ class VoxelExplorer:
             axis=1,
         )
         return np.asarray(sums, dtype=np.int64).ravel()
+
+
+def without_traffic(
+    passable: BoolArray, grid: VoxelGrid, legs: Sequence[tuple[Point, Point]], here_enu_m: Point, keep_m: float
+) -> BoolArray:
+    """Passable voxels that keep a distance from straight legs; nearer ones as far as they are no nearer than here.
+
+    `legs` are (start, end) pairs in ENU metres; a vehicle that stays is a leg without length.
+    """
+    result = passable.copy()
+    here = np.array([here_enu_m])
+    for start_enu_m, end_enu_m in legs:
+        start, end = np.array(start_enu_m), np.array(end_enu_m)
+        least_m = min(keep_m, float(_distance_to_leg_m(here, start, end)[0]) - 0.1)
+        lowest = np.minimum(start, end) - keep_m - grid.corner_enu_m
+        highest = np.maximum(start, end) + keep_m - grid.corner_enu_m
+        low = np.clip(np.floor(lowest / grid.voxel_m).astype(int), 0, grid.shape)
+        high = np.clip(np.floor(highest / grid.voxel_m).astype(int) + 1, 0, grid.shape)
+        if least_m <= 0.0 or (high <= low).any():
+            continue
+        box = tuple(slice(first, last) for first, last in zip(low, high, strict=True))
+        around = np.stack(np.meshgrid(*(np.arange(b.start, b.stop) for b in box), indexing="ij"), axis=-1)
+        centres = grid.corner_enu_m + (around + 0.5) * grid.voxel_m
+        away = _distance_to_leg_m(centres.reshape(-1, 3), start, end).reshape(around.shape[:3])
+        result[box] &= away >= least_m
+    return result
+
+
+def _distance_to_leg_m(points: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
+    """(N, 3) -> (N,) float64, metres."""
+    along = end - start
+    squared = float(along @ along)
+    shares = np.clip((points - start) @ along / squared, 0.0, 1.0) if squared > 0.0 else np.zeros(len(points))
+    away: FloatArray = np.linalg.norm(points - start - shares[:, None] * along, axis=1)
+    return away
 
 
 def _start(mate: VoxelTeammate, patches: FloatArray) -> FloatArray:

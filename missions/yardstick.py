@@ -1,0 +1,53 @@
+"""What a mission is measured by: the surface that can be observed at all, and maps of the kind that its team makes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from vehicle_agent.domain.elevation import ElevationMap
+from vehicle_agent.domain.polygon import BoolArray
+from vehicle_agent.domain.team_map import TeamMap
+from vehicle_agent.mission.load import MissionPlan
+
+if TYPE_CHECKING:
+    from sim_bridge.world import World
+
+Map = TypeVar("Map", bound=TeamMap)
+
+
+def observable(plan: MissionPlan, world: World) -> BoolArray:
+    """Surface that the team can see at all: cells, (columns, rows), or in a town voxels, (columns, rows, layers)."""
+    if world.town is not None:
+        from sim_bridge.observable import observable_surface  # its kernels load only where there is a town
+
+        return observable_surface(plan, world.town)
+    from sim_bridge.reach import reachable_cells
+
+    return reachable_cells(plan, world)
+
+
+def map_of_arrays(plan: MissionPlan, arrays: Mapping[str, npt.NDArray[Any]]) -> TeamMap:
+    """A team's map from its arrays; KeyError or ValueError when they are not those of this mission's kind of map."""
+    if (voxels := plan.voxel_grid) is not None:
+        from vehicle_agent.domain.voxels import VoxelMap
+
+        return VoxelMap.of_arrays(voxels, arrays)
+    return ElevationMap.of_arrays(plan.grid, arrays)
+
+
+def merged(maps: Iterable[Map]) -> Map:
+    """One map of several of the same kind; at least one."""
+    first, *others = maps
+    joined = first.copy()
+    for other in others:
+        joined.merge(other)
+    return joined
+
+
+def share_seen(observed: BoolArray, surface: BoolArray) -> float:
+    """Share of the surface that is among what was observed."""
+    return int(np.count_nonzero(observed & surface)) / max(1, int(np.count_nonzero(surface)))
