@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import secrets
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from typing import Protocol
 
 from ground_station.inputs import AliveChanged, FleetInput, Heard, LinkCounted
@@ -112,12 +114,20 @@ def open_link(plan: MissionPlan, station: str, endpoints: Sequence[str] = ()) ->
     endpoints
         Where to connect instead, e.g. `tcp/10.0.0.2:7447`.
 
-    Raises `vehicle_agent.link.session.LinkError`, one sentence.
+    Raises `vehicle_agent.link.session.LinkError`, one sentence; also when a certificate is refused at either end.
     """
-    from vehicle_agent.link.session import FleetLink  # keeps Zenoh away from the first frame
+    from vehicle_agent.link.session import FleetLink, LinkError  # keeps Zenoh away from the first frame
+    from vehicle_agent.link.tls import TlsFiles, refusal
 
     connect = list(endpoints) or [plan.agent_endpoint(index) for index in range(len(plan.vehicle_names))]
-    link = FleetLink.open(plan.mission.name, station, connect=connect)
+    tls = TlsFiles.of(plan.tls_paths(station))
+    link = FleetLink.open(plan.mission.name, station, connect=connect, tls=tls)
+    if tls is not None:
+        with ThreadPoolExecutor(max_workers=len(connect)) as handshakes:
+            refused = next(filter(None, handshakes.map(partial(refusal, files=tls), connect)), None)
+        if refused is not None:
+            link.close()
+            raise LinkError(refused)
     link.watch_alive()
     for topic in LISTENED_TOPICS:
         link.subscribe(topic)

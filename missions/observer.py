@@ -15,6 +15,7 @@ from ground_station.recording import FILE_NAME, RecordingWriter
 from missions.ending import MissionWatch
 from missions.processes import simulated_names
 from vehicle_agent.link.session import FleetLink, LinkError
+from vehicle_agent.link.tls import TlsFiles
 from vehicle_agent.mission.load import MissionError, MissionPlan
 from vehicle_agent.wire.messages import BodyReport
 
@@ -35,7 +36,9 @@ class Observer:
         if simulated_names(plan):
             endpoints.append(plan.simulator_endpoint())
         try:
-            self._link = FleetLink.open(plan.mission.name, f"observer-{secrets.token_hex(2)}", connect=endpoints)
+            name = f"observer-{secrets.token_hex(2)}"
+            tls = TlsFiles.of(plan.tls_paths(name))
+            self._link = FleetLink.open(plan.mission.name, name, connect=endpoints, tls=tls)
         except LinkError as error:
             raise MissionError(f"{plan.source}: {error}") from None
         self._recorder = RunRecorder(run_dir)

@@ -22,6 +22,7 @@ from vehicle_agent.adapters.zenoh_team import ZenohTeam
 from vehicle_agent.agent import VehicleAgent
 from vehicle_agent.domain.kernels import warm_up
 from vehicle_agent.link.session import FleetLink, LinkError
+from vehicle_agent.link.tls import TlsFiles
 from vehicle_agent.mission.load import MissionError, MissionPlan, check_task, load_mission
 from vehicle_agent.mission.model import Mission
 from vehicle_agent.runtime import Runtime, VehicleClock
@@ -112,6 +113,7 @@ async def _fly(plan: MissionPlan, index: int, folder: Path, connection: str, exi
             connect=[plan.agent_endpoint(other) for other in range(index)],
             rate_bytes_s=plan.mission.radio.rate_bytes_s,
             clock=lambda: clock.now_s,
+            tls=TlsFiles.of(plan.tls_paths(name)),
         )
         opened.callback(link.close)
         sensor_link = FleetLink.open(plan.mission.name, name, connect=[plan.simulator_endpoint()])

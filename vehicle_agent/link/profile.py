@@ -15,7 +15,9 @@ RETRY_FIRST_MS = 250
 RETRY_LONGEST_MS = 1_000
 
 
-def session_profile(listen: Sequence[str], connect: Sequence[str]) -> dict[str, Any]:
+def session_profile(
+    listen: Sequence[str], connect: Sequence[str], tls: Mapping[str, Any] | None = None
+) -> dict[str, Any]:
     """Settings of a peer that meets exactly the endpoints it is given.
 
     Nobody is scouted and nobody relays. An endpoint that cannot be listened on is an error at once; one that cannot be
@@ -25,7 +27,10 @@ def session_profile(listen: Sequence[str], connect: Sequence[str]) -> dict[str, 
     ----------
     listen, connect
         Zenoh endpoints, e.g. `tcp/127.0.0.1:7451`.
+    tls
+        Zenoh's `transport/link/tls`, for endpoints like `tls/127.0.0.1:7451`.
     """
+    secured = {"tls": dict(tls)} if tls else {}
     return {
         "mode": "peer",
         "scouting": {"multicast": {"enabled": False}, "gossip": {"enabled": False}, "delay": 0},
@@ -45,12 +50,13 @@ def session_profile(listen: Sequence[str], connect: Sequence[str]) -> dict[str, 
         "open": {"return_conditions": {"connect_scouted": False, "declares": False}},
         "transport": {
             "link": {
+                **secured,
                 "tx": {
                     "lease": LEASE_MS,
                     "keep_alive": KEEP_ALIVES_PER_LEASE,
                     # A frozen peer may stall the bulk sender this long before its transport is dropped.
                     "queue": {"congestion_control": {"block": {"wait_before_close": 2_000_000}}},
-                }
+                },
             },
             # Bytes go over the link that is declared and counted, also on one machine.
             "shared_memory": {"enabled": False},

@@ -17,6 +17,7 @@ from vehicle_agent.link.counters import LinkCounters
 from vehicle_agent.link.pacing import BulkSender, TokenBucket
 from vehicle_agent.link.profile import session_profile, zenoh_config
 from vehicle_agent.link.receiving import Arrival, ReceiveQueue
+from vehicle_agent.link.tls import TlsFiles
 from vehicle_agent.wire.codec import Codec
 from vehicle_agent.wire.keys import TOPIC_BY_NAME, Delivery, Topic, Urgency, alive_key, key, parse, topic_of
 from vehicle_agent.wire.messages import NAME_PATTERN, AnyMessage
@@ -85,6 +86,7 @@ class FleetLink:
         connect: Sequence[str] = (),
         rate_bytes_s: float | None = None,
         clock: Callable[[], float] = time.monotonic,
+        tls: TlsFiles | None = None,
     ) -> FleetLink:
         """Open a link; endpoints in `connect` that cannot be reached yet are tried in the background.
 
@@ -98,19 +100,24 @@ class FleetLink:
             Declared capacity; bulk is sent only while everything together stays below 75 % of it. None: unpaced.
         clock
             The seconds in which the rate counts; a vehicle's own where that runs faster than real time.
+        tls
+            Certificates for endpoints like `tls/127.0.0.1:7451`.
 
         Raises
         ------
         LinkError
-            When an endpoint is malformed or cannot be listened on.
+            When an endpoint is malformed or cannot be listened on, or a certificate cannot be used.
         """
         for what, name in (("mission", mission), ("participant", participant)):
             if not re.match(NAME_PATTERN, name):
                 raise LinkError(
                     f"{what} name '{name}' does not fit in a key; use lower-case letters, digits and dashes"
                 )
+        trouble = tls.trouble() if tls else None
+        if trouble:
+            raise LinkError(trouble)
         try:
-            session = zenoh.open(zenoh_config(session_profile(listen, connect)))
+            session = zenoh.open(zenoh_config(session_profile(listen, connect, tls.profile() if tls else None)))
         except zenoh.ZError as error:
             raise LinkError(_explain(str(error), listen, connect)) from None
         return cls(session, mission, participant, rate_bytes_s, clock)

@@ -295,6 +295,25 @@ class VehicleTable(_Table, frozen=True, kw_only=True):
     connection: Annotated[str, Meta(pattern=CONNECTION_PATTERN)] | None = None
 
 
+FilePath = Annotated[str, Meta(min_length=1, max_length=400)]
+
+
+class TlsTable(_Table, frozen=True, kw_only=True):
+    """Mutual TLS between vehicles and stations: who has no certificate of the fleet's authority is not let in.
+
+    Attributes
+    ----------
+    ca
+        PEM certificate of the authority; paths count from the mission file's folder.
+    certificate, key
+        PEM files of each participant; `{name}` stands for the vehicle's name, or `station`.
+    """
+
+    ca: FilePath = "certificates/ca.pem"
+    certificate: FilePath = "certificates/{name}.pem"
+    key: FilePath = "certificates/{name}.key"
+
+
 class RadioTable(_Table, frozen=True, kw_only=True):
     """The link between vehicles.
 
@@ -308,6 +327,8 @@ class RadioTable(_Table, frozen=True, kw_only=True):
         Declared capacity of a vehicle's link per second of vehicle time; sending is paced below it.
     range_m, loss, delay_s
         Radio between vehicles in `missions simulate` (left out: unlimited, none, none).
+    tls
+        Certificates; left out, the link is not secured.
     """
 
     endpoint_host: Annotated[str, Meta(pattern=ADDRESS_PATTERN)] = "127.0.0.1"
@@ -316,6 +337,7 @@ class RadioTable(_Table, frozen=True, kw_only=True):
     range_m: Positive | None = None
     loss: Annotated[float, Meta(ge=0, lt=1)] = 0.0
     delay_s: Annotated[float, Meta(ge=0, le=60)] = 0.0
+    tls: TlsTable | None = None
 
 
 FaultName = Literal["gps-loss", "battery", "motor", "link-loss", "leak"]

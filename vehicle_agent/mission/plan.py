@@ -104,4 +104,19 @@ class MissionPlan:
 
     def agent_endpoint(self, index: int) -> str:
         """Zenoh endpoint on which a vehicle's agent listens."""
-        return f"tcp/{self.mission.radio.endpoint_host}:{self.mission.radio.zenoh_port + 1 + index}"
+        protocol = "tcp" if self.mission.radio.tls is None else "tls"
+        return f"{protocol}/{self.mission.radio.endpoint_host}:{self.mission.radio.zenoh_port + 1 + index}"
+
+    def tls_paths(self, participant: str) -> tuple[Path, Path, Path] | None:
+        """Authority, certificate and key of a participant; None when the link is not secured.
+
+        `{name}` in `radio.tls` stands for the vehicle, or for `station` at everybody who is none.
+        """
+        tls = self.mission.radio.tls
+        if tls is None:
+            return None
+        role = participant if participant in self.vehicle_names else "station"
+        ca, certificate, key = (
+            self.source.parent / text.replace("{name}", role) for text in (tls.ca, tls.certificate, tls.key)
+        )
+        return ca, certificate, key
