@@ -137,3 +137,16 @@ def dashboard(seconds: float, keys: int, hours: int, json_file: Path | None) -> 
     from missions.bench.dashboard import bench_dashboard
 
     sys.exit(bench_dashboard(seconds, keys, hours, json_file))
+
+
+@bench.command()
+@click.option("--vehicles", type=click.IntRange(2, MOST_VEHICLES), default=20, show_default=True)
+@click.option("--kills", type=click.IntRange(0, 10_000), default=100, show_default=True, help="Agents killed in turn.")
+@click.option("--cuts", type=click.IntRange(0, 10_000), default=20, show_default=True, help="Links cut in turn.")
+@click.option("--outages", type=click.IntRange(0, 10_000), default=10, show_default=True, help="Of 2 s, of all links.")
+@JSON
+def detection(vehicles: int, kills: int, cuts: int, outages: int, json_file: Path | None) -> None:
+    """Kill agents and cut links, with real processes; tell how soon the dashboard shows it and what it proposes."""
+    from missions.bench.detection import bench_detection
+
+    sys.exit(bench_detection(vehicles, kills, cuts, outages, json_file))

@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 import math
-import sys
 import time
+import tomllib
 
 import msgspec
 import numpy as np
 import numpy.typing as npt
 
-from ground_station.app import GroundStationApp, run_on_terminal
-from ground_station.picture import FleetState
-from ground_station.station import Station
-from ground_station.views.ink import Look
 from vehicle_agent.domain.elevation import CellObservations
 from vehicle_agent.mission.load import MissionPlan, plan_mission
 from vehicle_agent.mission.model import Mission
@@ -29,28 +25,34 @@ EVENT_PERIOD_S = 20
 """Every vehicle says something now and then."""
 
 
+def mission_text(vehicles: int, zenoh_port: int = 7_450, replan: str = "ask") -> str:
+    """A mission file: a square of 4 km with vehicles in rows at its southern border."""
+    team = "".join(
+        f"""
+[[vehicles]]
+name = "vehicle-{number + 1}"
+start_enu_m = [{100.0 + 60.0 * (number % 50)}, {100.0 + 60.0 * (number // 50)}]
+speed_m_s = {SPEED_M_S}
+sensor = {{ kind = "range", range_m = {RANGE_M} }}
+min_above_terrain_m = 60.0
+max_above_terrain_m = 300.0
+"""
+        for number in range(vehicles)
+    )
+    return f"""format = 1
+name = "bench"
+datum = {{ latitude_deg = 36.654, longitude_deg = -84.37 }}
+area = {{ cell_m = {CELL_M}, rectangle_enu_m = [0.0, 0.0, {SIDE_M}, {SIDE_M}] }}
+terrain = {{ kind = "flat" }}
+task = {{ kind = "explore" }}
+radio = {{ zenoh_port = {zenoh_port} }}
+replan = {{ mode = "{replan}" }}
+{team}"""
+
+
 def plan_of(vehicles: int) -> MissionPlan:
-    """A square of 4 km with vehicles in rows at its southern border."""
-    content = {
-        "format": 1,
-        "name": "bench",
-        "datum": {"latitude_deg": 36.654, "longitude_deg": -84.37},
-        "area": {"cell_m": CELL_M, "rectangle_enu_m": [0.0, 0.0, SIDE_M, SIDE_M]},
-        "terrain": {"kind": "flat"},
-        "task": {"kind": "explore"},
-        "vehicles": [
-            {
-                "name": f"vehicle-{number + 1}",
-                "start_enu_m": [100.0 + 60.0 * (number % 50), 100.0 + 60.0 * (number // 50)],
-                "speed_m_s": SPEED_M_S,
-                "sensor": {"kind": "range", "range_m": RANGE_M},
-                "min_above_terrain_m": 60.0,
-                "max_above_terrain_m": 300.0,
-            }
-            for number in range(vehicles)
-        ],
-    }
-    return plan_mission(msgspec.convert(content, Mission))
+    """The mission of `mission_text`."""
+    return plan_mission(msgspec.convert(tomllib.loads(mission_text(vehicles)), Mission))
 
 
 class TalkingLink:
@@ -60,13 +62,16 @@ class TalkingLink:
     ----------
     map_period_s
         Seconds between two pieces of map; 0 for none.
+    boot_id
+        Of every vehicle's agent; another one is another life.
     """
 
     undecodable = overflowed = 0
 
-    def __init__(self, plan: MissionPlan, map_period_s: int = 2) -> None:
+    def __init__(self, plan: MissionPlan, map_period_s: int = 2, boot_id: int = 1) -> None:
         self._plan = plan
         self._map_period_s = map_period_s
+        self._boot_id = boot_id
         self._sequences = [0] * len(plan.vehicle_names)
         self._records = [0] * len(plan.vehicle_names)
         self._said = 0
@@ -115,7 +120,8 @@ class TalkingLink:
     def _head(self, index: int, second: int) -> dict[str, object]:
         self._sequences[index] += 1
         name = self._plan.vehicle_names[index]
-        return {"sender": name, "boot_id": 1, "sequence": self._sequences[index], "stamp_ms": EPOCH_MS + 1_000 * second}
+        stamp_ms = EPOCH_MS + 1_000 * second
+        return {"sender": name, "boot_id": self._boot_id, "sequence": self._sequences[index], "stamp_ms": stamp_ms}
 
     def say(self, index: int, second: int) -> list[AnyMessage]:
         """What one vehicle says in one second."""
@@ -161,7 +167,7 @@ class TalkingLink:
         stamps = np.full(len(cells), EPOCH_MS + 1_000 * second, dtype=np.int64)
         self._records[index] += 1
         packed = pack_cells(CellObservations(cells, heights, stamps))
-        return DeltaRecord(self._plan.vehicle_names[index], 1, self._records[index] - 1, packed)
+        return DeltaRecord(self._plan.vehicle_names[index], self._boot_id, self._records[index] - 1, packed)
 
 
 def _disc_cells() -> npt.NDArray[np.int64]:
@@ -174,40 +180,3 @@ def _disc_cells() -> npt.NDArray[np.int64]:
 
 def _cm(place: tuple[float, float]) -> tuple[int, int, int]:
     return (round(100 * place[0]), round(100 * place[1]), 10_000)
-
-
-def resident_bytes() -> int:
-    """Memory of this process that is in use now."""
-    with open("/proc/self/statm") as file:
-        return int(file.read().split()[1]) * 4_096
-
-
-def talk_for_hours(vehicles: int, hours: int, period_s: int = 5) -> list[int]:
-    """Resident bytes after every hour of a fleet whose statuses are heard every `period_s` seconds."""
-    plan = plan_of(vehicles)
-    link = TalkingLink(plan, map_period_s=40)
-    station = Station(plan, "station-0001", 1, 0.0)
-    station.attach(link)
-    link.poll = list  # type: ignore[method-assign]
-    sizes = []
-    state: FleetState = station.state
-    for second in range(0, 3_600 * hours, period_s):
-        link.skip_to(second)
-        spoken = link.until(second)
-        link.poll = lambda spoken=spoken: spoken  # type: ignore[method-assign, misc]
-        state = station.step(float(second))
-        if second % 3_600 == 3_600 - period_s:
-            sizes.append(resident_bytes())
-    assert state.heard_any
-    return sizes
-
-
-def main() -> None:
-    """`python -m missions.bench.talking_fleet VEHICLES`: the dashboard over such a fleet on this terminal."""
-    plan = plan_of(int(sys.argv[1]))
-    station = Station(plan, "station-0001", 1, time.monotonic())
-    run_on_terminal(GroundStationApp(station, lambda: TalkingLink(plan), Look()))
-
-
-if __name__ == "__main__":
-    main()
