@@ -33,9 +33,9 @@ from ground_station.picture import (
 )
 from ground_station.samples import trail_with, windowed
 from ground_station.text import clean
+from ground_station.town_tops import cells_told
 from ground_station.trouble_log import TroubleLog
 from vehicle_agent.domain.elevation import CellObservations
-from vehicle_agent.wire.cells import unpack_cells
 from vehicle_agent.wire.messages import (
     AnyMessage,
     Claim,
@@ -255,7 +255,7 @@ class _Draft:
             self._streams[name] = Stream(
                 stream.held.with_number(record.delta_sequence), max(stream.offered, record.delta_sequence + 1)
             )
-            cells = unpack_cells(record.cells, self._state.plan.grid.cells)
+            cells = cells_told(self._state.plan, record.cells)
             if cells is None:  # counted as held all the same: asking again would bring the same bytes
                 self._counters = replace(self._counters, malformed=self._counters.malformed + 1)
             elif len(cells):

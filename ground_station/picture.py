@@ -188,7 +188,8 @@ class FleetState:
     def initial(cls, plan: MissionPlan, station: str, station_boot_id: int, now_s: float) -> FleetState:
         names = plan.vehicle_names
         vehicles = tuple(VehiclePicture(name, index) for index, name in enumerate(names))
-        team_map = TeamMap.empty(plan.grid, plan.area_cells, len(names))
+        town = plan.voxel_grid is not None
+        team_map = TeamMap.empty(plan.grid, plan.area_cells, len(names), keeps_highest=town)
         return cls(plan, station, station_boot_id, now_s, now_s, vehicles, team_map)
 
     @property
@@ -203,6 +204,14 @@ class FleetState:
             return None
         (first_s, first_ms), (last_s, last_ms) = self.pace_samples[0], self.pace_samples[-1]
         return (last_ms - first_ms) / 1_000 / (last_s - first_s) if last_s - first_s >= 2.0 else None
+
+    @property
+    def coverage(self) -> float:
+        """Share of what is to be seen that is known, in [0, 1]; of a town as the vehicle that knows most says."""
+        if self.plan.voxel_grid is None:
+            return self.team_map.coverage
+        told = [vehicle.status.known_permille for vehicle in self.vehicles if vehicle.status is not None]
+        return max(told, default=0) / 1_000
 
     @property
     def heard_any(self) -> bool:

@@ -38,7 +38,7 @@ def status_line(state: FleetState) -> str:
     """
     speedup = "-" if state.speedup is None else f"{state.speedup:.1f}"
     fields = [
-        f"status t={state.elapsed_s:.1f}s phase={state.phase.value} coverage={100 * state.team_map.coverage:.1f}%",
+        f"status t={state.elapsed_s:.1f}s phase={state.phase.value} coverage={100 * state.coverage:.1f}%",
         f"speedup={speedup} bad={state.counters.bad}",
         *(_vehicle_field(state, vehicle) for vehicle in state.vehicles),
     ]

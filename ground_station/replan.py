@@ -107,7 +107,7 @@ def _changes(earlier: FleetState, now: FleetState) -> tuple[list[str], list[str]
             lost.append(vehicle.name)
         elif was.condition is Condition.LOST and works(vehicle):
             joined.append(vehicle.name)
-        elif works(was) and _has_turned_home(vehicle) and now.team_map.coverage < 0.98 * goal:
+        elif works(was) and _has_turned_home(vehicle) and now.coverage < 0.98 * goal:
             early.append(vehicle.name)
     return lost, joined, early
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vehicle_agent.domain.elevation import CellObservations, ElevationMap
+from vehicle_agent.domain.elevation import NO_ELEVATION_DM, CellObservations, ElevationArray, ElevationMap
 from vehicle_agent.domain.grid import Grid, IndexArray
 from vehicle_agent.domain.polygon import BoolArray
 
@@ -32,6 +32,8 @@ class TeamMap:
         Per team index, cells of the area seen first, ties shared: J_E of Renzaglia eq. 5.
     seen_per_second
         Cells of the area by the Unix second of their first observation.
+    keeps_highest
+        A cell shows the highest that was told of it, as a town from above; else what was observed first.
     """
 
     elevation: ElevationMap
@@ -41,10 +43,12 @@ class TeamMap:
     observed_cells: int
     first_seen_cells: tuple[float, ...]
     seen_per_second: Mapping[int, int]
+    keeps_highest: bool = False
 
     @classmethod
-    def empty(cls, grid: Grid, area: BoolArray, vehicles: int) -> TeamMap:
-        return cls(_frozen(ElevationMap(grid)), area, int(np.count_nonzero(area)), 0, 0, (0.0,) * vehicles, {})
+    def empty(cls, grid: Grid, area: BoolArray, vehicles: int, keeps_highest: bool = False) -> TeamMap:
+        blank, cells = _frozen(ElevationMap(grid)), int(np.count_nonzero(area))
+        return cls(blank, area, cells, 0, 0, (0.0,) * vehicles, {}, keeps_highest)
 
     @property
     def coverage(self) -> float:
@@ -69,7 +73,10 @@ class TeamMap:
             before = _observed_part(draft, self.area, cells.cell_indices)
             stamps_before = draft.first_stamp_ms.ravel()[before]
             observers_before = draft.observers.ravel()[before]
+            known_dm = draft.elevation_dm.ravel()[cells.cell_indices]
             changed = draft.observe(observer_index, cells)
+            if self.keeps_highest:
+                changed_any |= _raise_to(draft, cells, known_dm)
             if len(changed) == 0:
                 continue
             changed_any = True
@@ -143,6 +150,14 @@ def frontier_cells(team_map: TeamMap) -> BoolArray:
     beside[:, :-1] |= unknown[:, 1:]
     frontiers: BoolArray = beside & team_map.area & team_map.elevation.observed
     return frontiers
+
+
+def _raise_to(draft: ElevationMap, cells: CellObservations, known_dm: ElevationArray) -> bool:
+    """Let cells show the highest of what was known and what is told; whether that changed any."""
+    known = np.where(known_dm == NO_ELEVATION_DM, cells.elevations_dm, known_dm)
+    highest = np.maximum(known, cells.elevations_dm)
+    draft.elevation_dm.ravel()[cells.cell_indices] = highest
+    return bool((highest != known_dm).any())
 
 
 def _observed_part(elevation: ElevationMap, area: BoolArray, indices: IndexArray) -> IndexArray:

@@ -82,7 +82,7 @@ def _title(state: FleetState, look: Look) -> Line:
     rate = _rate_per_min(state)
     return line_of(
         ("coverage ", quiet),
-        (f"{100 * state.team_map.coverage:.1f}%", look.ink(palette.ACCENT, bold=True)),
+        (f"{100 * state.coverage:.1f}%", look.ink(palette.ACCENT, bold=True)),
         (f"  {rate:+.1f}%/min" if rate is not None else "", quiet),
     )
 

@@ -23,7 +23,7 @@ def header_line(state: FleetState, width: int, look: Look) -> Line:
     ]
     if speedup is not None:
         spans.append((f" {look.glyph('×', 'x')}{round(speedup, 1):g} ", bar))  # noqa: RUF001
-    spans.append((f" {100 * state.team_map.coverage:.1f}% seen ", strong))
+    spans.append((f" {100 * state.coverage:.1f}% seen ", strong))
     prediction = predict(state)
     if prediction is not None and state.phase is Phase.WORKING:
         spans.append((f" {duration(prediction.remaining_s)} to go ", bar))
