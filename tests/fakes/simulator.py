@@ -27,7 +27,7 @@ longitude_deg = -8.7
 
 [area]
 cell_m = 20.0
-rectangle_enu_m = [0.0, 0.0, 1000.0, 1000.0]
+rectangle_enu_m = [0.0, 0.0, {size_m}, {size_m}]
 
 [terrain]
 kind = "flat"
@@ -43,7 +43,7 @@ type = "{type}"
 autopilot = "{autopilot}"
 start_enu_m = [{east_m}, 200.0]
 speed_m_s = 10.0
-sensor = {{ kind = "range", range_m = 200.0, period_s = 3600.0 }}
+sensor = {{ kind = "range", range_m = 200.0, period_s = {scan_period_s} }}
 min_above_terrain_m = 10.0
 max_above_terrain_m = 150.0
 """
@@ -82,11 +82,15 @@ def simulated(
     ground_m: float = -30.0,
     speedup: float = 8.0,
     extra: str = "",
+    size_m: float = 1000.0,
+    scan_period_s: float = 3600.0,
 ) -> Iterator[Drive]:
     """Run a team of (name, type, autopilot); `extra` ends the mission file, inside [simulation]."""
-    text = HEAD.format(ground_m=ground_m)
+    text = HEAD.format(ground_m=ground_m, size_m=size_m)
     for number, (name, kind, autopilot) in enumerate(team):
-        text += VEHICLE.format(name=name, type=kind, autopilot=autopilot, east_m=200.0 + 40.0 * number)
+        text += VEHICLE.format(
+            name=name, type=kind, autopilot=autopilot, east_m=200.0 + 40.0 * number, scan_period_s=scan_period_s
+        )
     mission = folder / "mission.toml"
     mission.write_text(text + f"\n[simulation]\nready_after_s = 4.0\nspeedup = {speedup}\n{extra}\n")
     port = port_base + 100

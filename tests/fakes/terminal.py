@@ -41,6 +41,17 @@ class Terminal:
         self._seen = match.end()
         return match.group()
 
+    def ask_until(self, line: str, pattern: str, within_s: float = 60.0) -> str:
+        """Type a line again and again until a pattern shows up; returns what matched."""
+        end_s = time.monotonic() + within_s
+        while True:
+            self.type(line)
+            try:
+                return self.expect(pattern, 1.0)
+            except AssertionError:
+                if time.monotonic() > end_s:
+                    raise
+
     def _read(self, within_s: float) -> bool:
         """Take what is there; False when the program has gone."""
         if select.select([self._descriptor], [], [], within_s)[0]:
