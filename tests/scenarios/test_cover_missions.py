@@ -12,6 +12,7 @@ from missions.bench.coverage_run import CoverageTeam
 from missions.bench.informed import AscentParams, informed_optimum
 from missions.lockstep import LockstepResult
 from tests.fakes.hill_missions import hill_plan
+from vehicle_agent.behaviour.outfit import first_place
 
 STOP = {"observed_fraction": 0.95, "time_limit_s": 900.0}
 RADIO = {"loss": 0.1, "delay_s": 0.05}
@@ -48,6 +49,17 @@ def test_a_team_explores_first_and_then_covers_what_it_found() -> None:
     assert_safe(result)
     assert result.observed_fraction >= 0.95
     assert result.covered_fraction >= 0.3
+
+
+def test_a_team_that_knows_a_few_points_spreads_before_it_covers() -> None:
+    known = [[100.0, 120.0, 10.0], [480.0, 90.0, 20.0], [300.0, 320.0, 40.0], [120.0, 500.0, 15.0], [520.0, 480.0, 5.0]]
+    result = fly(2, known_points_enu_m=known)
+    assert_safe(result)
+    assert result.covered_fraction >= 0.3
+    for index in range(4):
+        place = first_place(result.plan, index)
+        assert place is not None
+        assert np.linalg.norm(result.positions_enu_m[:, index, :2] - place[:2], axis=1).min() < 10.0
 
 
 def test_faithful_cao_flies_until_its_time_is_over() -> None:

@@ -9,10 +9,13 @@ import numpy as np
 
 from vehicle_agent.domain.frames import FloatArray
 from vehicle_agent.domain.polygon import distance_to_border_m, first_crossing, points_inside
+from vehicle_agent.mission.map_checks import check_map_team
 from vehicle_agent.mission.model import (
+    CoverTask,
     ExploreTask,
     GaussianTerrain,
     HalfSphereSensor,
+    MapTask,
     SingleBeamSensor,
     TownTerrain,
     VehicleTable,
@@ -123,6 +126,11 @@ def check_team(plan: MissionPlan, fail: Fail) -> None:
 
 def check_task(plan: MissionPlan) -> None:
     """Refuse a team that cannot do its task; the simulator serves such a team all the same."""
+    if isinstance(plan.mission.task, CoverTask):
+        _check_known_points(plan, plan.mission.task)
+    if isinstance(plan.mission.task, MapTask):
+        check_map_team(plan)
+        return
     for index, vehicle in enumerate(plan.mission.vehicles):
         if vehicle.type != "multicopter":
             raise MissionError(
@@ -135,6 +143,19 @@ def check_task(plan: MissionPlan) -> None:
     ):
         raise MissionError(
             f"{plan.source}: task: towns can be explored by planner 'tours' only; choose it, or leave out area.up_m"
+        )
+
+
+def _check_known_points(plan: MissionPlan, task: CoverTask) -> None:
+    """Refuse points that say nothing of the area."""
+    points = np.array(task.known_points_enu_m, dtype=np.float64).reshape(-1, 3)
+    inside = points_inside(points[:, :2], plan.fence_en_m) & np.isfinite(points).all(axis=1)
+    if not inside.all():
+        first = int(np.argmin(inside))
+        east_m, north_m, _ = points[first]
+        raise MissionError(
+            f"{plan.source}: task.known_points_enu_m[{first}]: ({east_m:g}, {north_m:g}) lies outside the area; remove "
+            "it or widen the area"
         )
 
 

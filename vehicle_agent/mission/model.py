@@ -186,15 +186,50 @@ class CoverTask(_Table, frozen=True, kw_only=True, tag_field="kind", tag="cover"
         `stop.time_limit_s` in any case.
     explore_first
         See `stop.observed_fraction` of the area before covering it.
+    known_points_enu_m
+        Points of the surface, [east, north, up], that are known beforehand; the team first spreads over them by a
+        constrained Voronoi tessellation (Renzaglia section 5.1).
     """
 
     planner: CoverPlannerName = "stations"
     step_m: Annotated[float, Meta(ge=1, le=1e6)] = 100.0
     hold_s: Annotated[float, Meta(ge=1, le=1e6)] = 30.0
     explore_first: bool = False
+    known_points_enu_m: Annotated[tuple[tuple[float, float, float], ...], Meta(max_length=10_000)] = ()
 
 
-Task = ExploreTask | CoverTask
+MapPlannerName = Literal["survey", "viewpoints"]
+
+
+class MapTask(_Table, frozen=True, kw_only=True, tag_field="kind", tag="map"):
+    """Estimate the height of a landmark in every cell of the area and draw the map from them (Kapoutsis 2015).
+
+    Attributes
+    ----------
+    planner
+        Who decides where to go next: `survey` sails lines and then where the map is least certain, `viewpoints` goes
+        from one landmark that is not yet accurate to the next.
+    step_m
+        Longest way between two decisions.
+    accurate_sd_m
+        A landmark is accurately estimated when its standard deviation is at most this.
+    attempts
+        Measurements after which a landmark that is still not accurate is given up.
+    capacity
+        Landmarks in one packet to teammates.
+    surfacing
+        Come up for a position fix when the time that this takes is worth it; else only at the end.
+    """
+
+    planner: MapPlannerName = "survey"
+    step_m: Annotated[float, Meta(ge=0.5, le=1e6)] = 20.0
+    accurate_sd_m: Annotated[float, Meta(ge=0.001, le=100)] = 0.1
+    attempts: Annotated[int, Meta(ge=1, le=10_000)] = 200
+    capacity: Annotated[int, Meta(ge=1, le=4_000)] = 10
+    surfacing: bool = True
+
+
+Task = ExploreTask | CoverTask | MapTask
 
 
 class RangeSensor(_Table, frozen=True, kw_only=True, tag_field="kind", tag="range"):
@@ -261,7 +296,7 @@ class VehicleTable(_Table, frozen=True, kw_only=True):
     name
         Lower-case letters, digits and dashes; unique in the team.
     type
-        What body it has; so far only multicopters explore, `sim-bridge` serves every type.
+        What body it has; multicopters explore and cover, underwater vehicles map, `sim-bridge` serves every type.
     autopilot
         What the simulated vehicle speaks like; `px4` only as a multicopter.
     start_enu_m
@@ -276,6 +311,8 @@ class VehicleTable(_Table, frozen=True, kw_only=True):
     min_above_terrain_m, max_above_terrain_m
         Height band above the ground that it keeps; in towns above local `up` zero, and the air above the band is taken
         to be clear.
+    depth_m
+        Depth below `simulation.water_level_m` that an underwater vehicle keeps while it maps.
     system_id
         MAVLink system id of its autopilot; the n-th vehicle has n when left out.
     connection
@@ -291,6 +328,7 @@ class VehicleTable(_Table, frozen=True, kw_only=True):
     sensor: Sensor
     min_above_terrain_m: Positive
     max_above_terrain_m: Positive
+    depth_m: Annotated[float, Meta(ge=1.0, le=11_000)] | None = None
     system_id: Annotated[int, Meta(ge=1, le=99)] | None = None
     connection: Annotated[str, Meta(pattern=CONNECTION_PATTERN)] | None = None
 
@@ -325,6 +363,9 @@ class RadioTable(_Table, frozen=True, kw_only=True):
         First of the ports used: the simulator, then one per vehicle.
     rate_bytes_s
         Declared capacity of a vehicle's link per second of vehicle time; sending is paced below it.
+    packet_bytes, packet_period_s
+        An acoustic modem: all that a vehicle says goes into one packet of at most so many bytes per so many seconds of
+        vehicle time, the most urgent first. Left out: no such limit.
     range_m, loss, delay_s
         Radio between vehicles in `missions simulate` (left out: unlimited, none, none).
     tls
@@ -334,6 +375,8 @@ class RadioTable(_Table, frozen=True, kw_only=True):
     endpoint_host: Annotated[str, Meta(pattern=ADDRESS_PATTERN)] = "127.0.0.1"
     zenoh_port: Port = 7450
     rate_bytes_s: Annotated[float, Meta(ge=200, le=1e9)] = 16_000.0
+    packet_bytes: Annotated[int, Meta(ge=160, le=60_000)] | None = None
+    packet_period_s: Annotated[float, Meta(ge=0.2, le=600)] = 10.0
     range_m: Positive | None = None
     loss: Annotated[float, Meta(ge=0, lt=1)] = 0.0
     delay_s: Annotated[float, Meta(ge=0, le=60)] = 0.0

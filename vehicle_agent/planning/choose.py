@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from vehicle_agent.domain.frames import Point
 from vehicle_agent.domain.grid import Grid
 from vehicle_agent.mission.model import CoverTask, PlannerName, Task
 from vehicle_agent.planning.baselines.closest_frontier import ClosestFrontier
@@ -14,6 +15,7 @@ from vehicle_agent.planning.coverage import CaoCoverage
 from vehicle_agent.planning.exploration import CaoExplorer, Fcao
 from vehicle_agent.planning.explore_then_cover import ExploreThenCover
 from vehicle_agent.planning.interface import Planner
+from vehicle_agent.planning.spread_first import SpreadFirst
 from vehicle_agent.planning.stations import Stations, StationsParams
 from vehicle_agent.planning.tour_explorer import TourExplorer
 
@@ -25,6 +27,7 @@ def make_task_planner(
     range_m: float,
     home_en_m: tuple[float, float] | None,
     rng: np.random.Generator,
+    first_place_enu_m: Point | None = None,
 ) -> Planner:
     """Build the planner of a mission's task for one vehicle.
 
@@ -34,6 +37,8 @@ def make_task_planner(
         Share of the area to be seen where exploration comes before coverage.
     grid, range_m, home_en_m, rng
         As for `make_planner`.
+    first_place_enu_m
+        Where the vehicle begins to cover; None for where it is then.
     """
     if not isinstance(task, CoverTask):
         return make_planner(task.planner, grid, range_m, task.step_m, home_en_m, rng)
@@ -43,6 +48,8 @@ def make_task_planner(
             coverer = Stations(rng, StationsParams(hold=max(1, round(task.hold_s))))
         case "cao":
             coverer = CaoCoverage(CaoParams(task.step_m), rng, measures_itself=True)
+    if first_place_enu_m is not None:
+        coverer = SpreadFirst(first_place_enu_m, coverer)
     if not task.explore_first:
         return coverer
     return ExploreThenCover(make_planner("tours", grid, range_m, task.step_m, home_en_m, rng), coverer, enough)
