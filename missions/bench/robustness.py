@@ -20,6 +20,7 @@ from missions.memory import proportional_set_bytes
 from sim_bridge.autopilot.node import Node
 from sim_bridge.autopilot.service import Client
 from sim_bridge.fleet import Fleet
+from sim_bridge.reply import StatusText
 from sim_bridge.world import World
 from vehicle_agent.mission.load import MissionPlan
 
@@ -49,6 +50,8 @@ class Report:
         Processor time of the slowest burst of `FRAMES_PER_STEP` frames with the step after it.
     served
         Whether it still answers its controller.
+    first_exception, first_obeyed
+        The frame that did it, or, of a change of state, what changed during which frames and what the vehicle said.
     """
 
     vehicle: str
@@ -60,6 +63,7 @@ class Report:
     growth_bytes: int = 0
     served: bool = False
     first_exception: str = field(default="", compare=False)
+    first_obeyed: str = field(default="", compare=False)
 
     @property
     def passes(self) -> bool:
@@ -86,6 +90,8 @@ def bench_robustness(plan: MissionPlan, frames: int, seed: int, json_file: Path 
         )
         if report.first_exception:
             print(f"first exception: {report.first_exception}")
+        if report.first_obeyed:
+            print(f"first obeyed: {report.first_obeyed}")
     if json_file is not None:
         save_rows(json_file, "robustness", seed, [msgspec.to_builtins(report) for report in reports])
     return 0 if all(report.passes for report in reports) else 1
@@ -143,13 +149,20 @@ class Target:
         heard = self.ears.parse_buffer(self.node.take_output(self.controller)) or ()
         return frame, any(message.get_type() == "AUTOPILOT_VERSION" for message in heard)
 
-    def state(self) -> tuple[Any, ...]:
-        """What commands, parameters and missions change."""
+    def state(self) -> dict[str, Any]:
+        """What commands, parameters and missions change, by name."""
         vehicle = self.vehicle
-        values = tuple(vehicle.parameters[name] for name in vehicle.parameters)
         plan = vehicle.flight_plan
-        signing = (self.node.signing.secret_key, self.node.signing.sign_outgoing)
-        return (vehicle.mode, vehicle.armed, vehicle.home_enu_m, values, plan.mission, plan.fence, plan.rally, signing)
+        return {
+            **{name: vehicle.parameters[name] for name in vehicle.parameters},
+            "mode": vehicle.mode,
+            "armed": vehicle.armed,
+            "home": vehicle.home_enu_m,
+            "mission": plan.mission,
+            "fence": plan.fence,
+            "rally": plan.rally,
+            "signing": (self.node.signing.secret_key, self.node.signing.sign_outgoing),
+        }
 
 
 def _bombard(
@@ -201,8 +214,16 @@ def attack_signing(plan: MissionPlan, frames: int, rng: random.Random, progress:
     signed: list[bytes] = [target.ask()[0]]
     before = target.state()
     answered = True
+    sent: list[bytes] = []
+    said: list[StatusText] = []
+    target.node.text_listeners.append(said.append)
 
     def next_frame(number: int) -> bytes:
+        frame = hostile()
+        sent.append(frame)
+        return frame
+
+    def hostile() -> bytes:
         choice = rng.randrange(3)
         if choice == 0:
             return bytes(rng.choice(signed))
@@ -211,9 +232,21 @@ def attack_signing(plan: MissionPlan, frames: int, rng: random.Random, progress:
         return mutations.frame()
 
     def look(number: int) -> None:
-        nonlocal answered
+        nonlocal answered, before
         heard = _heard(target, target.attacker)
-        report.obeyed += sum(message.get_type() in ANSWERS for message in heard)
+        obeyed = [str(message) for message in heard if message.get_type() in ANSWERS]
+        state = target.state()
+        if state != before:
+            changed = ", ".join(
+                f"{name} {before[name]} -> {value}" for name, value in state.items() if value != before[name]
+            )
+            obeyed.append(f"{changed}; it said {[status.text for status in said]}")
+        before = state
+        if obeyed and not report.obeyed:
+            report.first_obeyed = f"{obeyed[0]} after one of {[frame.hex() for frame in sent]}"
+        report.obeyed += len(obeyed)
+        said.clear()
+        sent.clear()
         if number % SIGNED_EVERY == 0:
             frame, answer = target.ask()
             signed.append(frame)
@@ -221,7 +254,6 @@ def attack_signing(plan: MissionPlan, frames: int, rng: random.Random, progress:
             answered = answered and answer
 
     _bombard(target, report, next_frame, look, progress)
-    report.obeyed += target.state() != before
     report.served = answered and target.ask()[1]
     return report
 
