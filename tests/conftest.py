@@ -8,12 +8,19 @@ import socket
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
 
 INTEGRATION = Path(__file__).parent / "integration"
 PORTS_PER_FLEET = 200
 LOWEST_BASE = 12_000
 HIGHEST_BASE = 32_000
 """Below Linux's ephemeral ports, so that outgoing connections cannot take what was found free."""
+
+
+settings.register_profile("steady", derandomize=True)
+settings.register_profile("search", max_examples=1_000)
+settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "steady"))
+"""Everybody tries the same examples, so that a test that passed passes; `HYPOTHESIS_PROFILE=search` tries others."""
 
 
 def pytest_configure() -> None:

@@ -1,4 +1,4 @@
-"""Measures a bench's cases on all cores: a progress bar, and Ctrl-C keeps what is done."""
+"""Measures a bench's cases on all cores: a progress bar, and Ctrl-C or SIGTERM keeps what is done."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def measure_all(
 
     Returns
     -------
-    The results of the cases that were done, and whether Ctrl-C came before all were.
+    The results of the cases that were done, and whether Ctrl-C or SIGTERM came before all were.
     """
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # a process per core is enough; told to workers as they start
     count = min(processes or os.cpu_count() or 1, len(cases))
@@ -41,6 +41,7 @@ def measure_all(
     done: dict[int, Result] = {}
     with ProcessPoolExecutor(count, mp_context=context, initializer=_begin, initargs=(os.getpid(),)) as pool:
         waiting = {pool.submit(measure, case): place for place, case in enumerate(cases)}
+        was = signal.signal(signal.SIGTERM, signal.default_int_handler)  # whoever ends it wants what is done, too
         try:
             with click.progressbar(length=len(cases), label=label, file=sys.stderr) as bar:
                 for future in as_completed(waiting):
@@ -52,6 +53,8 @@ def measure_all(
             pool.shutdown(wait=False, cancel_futures=True)
             for worker in workers:
                 worker.terminate()
+        finally:
+            signal.signal(signal.SIGTERM, was)
     return [done[place] for place in sorted(done)], len(done) < len(cases)
 
 

@@ -84,7 +84,8 @@ def test_an_export_folder_that_cannot_be_written_is_told_in_a_sentence(tmp_path:
 
 
 @pytest.mark.processes
-def test_ctrl_c_keeps_what_is_done(tmp_path: Path) -> None:
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
+def test_who_stops_a_bench_keeps_what_is_done(tmp_path: Path, how: signal.Signals) -> None:
     rows, runs = tmp_path / "rows.json", tmp_path / "runs"
     bench = subprocess.Popen(
         [sys.executable, "-m", "missions.cli", "bench", "coverage", "--environments", "200", "--vehicles", "1",
@@ -99,7 +100,7 @@ def test_ctrl_c_keeps_what_is_done(tmp_path: Path) -> None:
             assert time.monotonic() < deadline_s
             time.sleep(0.1)
         workers = Path(f"/proc/{bench.pid}/task/{bench.pid}/children").read_text().split()
-        bench.send_signal(signal.SIGINT)
+        bench.send_signal(how)
         bench.communicate(timeout=60.0)
     finally:
         bench.kill()  # whatever failed: nothing of it may go on using the cores
