@@ -23,8 +23,8 @@ MOST_DATA = 239
 MOST_SESSIONS = 16
 """Per connection; a new one takes the place of the oldest."""
 BURST_PER_TICK = 40
-NO_SUCH_FILE = 2
-"""errno ENOENT."""
+READ_ONLY = 30
+"""errno EROFS: nothing here can be written."""
 
 
 class Opcode(IntEnum):
@@ -56,15 +56,14 @@ class Failure(IntEnum):
     FAIL = 1
     FAIL_ERRNO = 2
     INVALID_DATA_SIZE = 3
-    INVALID_SESSION = 4
     END_OF_FILE = 6
     UNKNOWN_COMMAND = 7
-    FILE_PROTECTED = 9
+    FILE_NOT_FOUND = 10
 
 
 WRITING = frozenset({
-    Opcode.CREATE_FILE, Opcode.WRITE_FILE, Opcode.REMOVE_FILE, Opcode.CREATE_DIRECTORY, Opcode.REMOVE_DIRECTORY,
-    Opcode.OPEN_FILE_WO, Opcode.TRUNCATE_FILE, Opcode.RENAME,
+    Opcode.CREATE_FILE, Opcode.REMOVE_FILE, Opcode.CREATE_DIRECTORY, Opcode.REMOVE_DIRECTORY, Opcode.OPEN_FILE_WO,
+    Opcode.RENAME,
 })  # fmt: skip
 SessionKey = tuple[int, int, int]
 """System id, component id and session number of a client."""
@@ -144,6 +143,8 @@ class FtpService(Service):
     def _answer(self, client: Client, request: Request) -> Message | None:
         if request.opcode == Opcode.NONE:
             return _reply(request, Opcode.ACK)
+        if request.opcode in (Opcode.ACK, Opcode.NAK):
+            return None
         if request.size > MOST_DATA:
             return _refusal(request, Failure.INVALID_DATA_SIZE)
         if request.opcode == Opcode.TERMINATE_SESSION:
@@ -160,13 +161,18 @@ class FtpService(Service):
         if request.opcode == Opcode.CALC_FILE_CRC32:
             data = content(self.node, request.path)
             if data is None:
-                return _refusal(request, Failure.FAIL_ERRNO, NO_SUCH_FILE)
+                return _refusal(request, Failure.FILE_NOT_FOUND)
             return _reply(request, Opcode.ACK, struct.pack("<I", checksum(data)))
         if request.opcode == Opcode.READ_FILE:
             return self._read(client, request)
         if request.opcode == Opcode.BURST_READ_FILE:
             return self._begin_burst(client, request)
-        return _refusal(request, Failure.FILE_PROTECTED if request.opcode in WRITING else Failure.UNKNOWN_COMMAND)
+        if request.opcode in WRITING:
+            return _refusal(request, Failure.FAIL_ERRNO, READ_ONLY)
+        if request.opcode == Opcode.WRITE_FILE:
+            is_open = request.key in self._files.get(client, {})
+            return _refusal(request, Failure.FAIL if is_open else Failure.FILE_NOT_FOUND)
+        return _refusal(request, Failure.UNKNOWN_COMMAND)
 
     def _close(self, client: Client, key: SessionKey) -> None:
         self._files.get(client, {}).pop(key, None)
@@ -175,7 +181,7 @@ class FtpService(Service):
     def _open(self, client: Client, request: Request) -> Message:
         data = content(self.node, request.path)
         if data is None:
-            return _refusal(request, Failure.FAIL_ERRNO, NO_SUCH_FILE)
+            return _refusal(request, Failure.FILE_NOT_FOUND)
         files = self._files.setdefault(client, {})
         files.pop(request.key, None)
         if len(files) >= MOST_SESSIONS:
@@ -186,7 +192,7 @@ class FtpService(Service):
     def _list(self, request: Request) -> Message:
         entries = directory(self.node, request.path)
         if entries is None:
-            return _refusal(request, Failure.FAIL_ERRNO, NO_SUCH_FILE)
+            return _refusal(request, Failure.FILE_NOT_FOUND)
         listed = b""
         for entry in entries[request.offset :]:
             line = entry.encode("ascii") + b"\0"
@@ -198,13 +204,13 @@ class FtpService(Service):
     def _read(self, client: Client, request: Request) -> Message:
         data = self._files.get(client, {}).get(request.key)
         if data is None:
-            return _refusal(request, Failure.INVALID_SESSION)
+            return _refusal(request, Failure.FILE_NOT_FOUND)
         piece = data[request.offset : request.offset + (request.size or MOST_DATA)]
         return _reply(request, Opcode.ACK, piece) if piece else _refusal(request, Failure.END_OF_FILE)
 
     def _begin_burst(self, client: Client, request: Request) -> Message | None:
         if request.key not in self._files.get(client, {}):
-            return _refusal(request, Failure.INVALID_SESSION)
+            return _refusal(request, Failure.FILE_NOT_FOUND)
         burst = Burst(request, request.offset, request.sequence)
         if self._send_burst(client, burst):
             self._bursts.setdefault(client, {})[request.key] = burst

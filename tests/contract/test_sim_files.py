@@ -12,9 +12,11 @@ from MAVProxy.modules.lib.param_ftp import ftp_param_decode
 from sim_bridge.autopilot.dialect import mavlink
 from tests.fakes.sim_client import Asker, Bench
 
-TERMINATE, RESET, LIST, OPEN, READ, CREATE, CRC32, BURST = 1, 2, 3, 4, 5, 6, 14, 15
+TERMINATE, RESET, LIST, OPEN, READ, CRC32, BURST = 1, 2, 3, 4, 5, 14, 15
+CREATE, WRITE, REMOVE, CREATE_DIRECTORY, REMOVE_DIRECTORY, OPEN_TO_WRITE, TRUNCATE, RENAME = 6, 7, 8, 9, 10, 11, 12, 13
 ACK, NAK = 128, 129
-ERRNO, INVALID_SESSION, END_OF_FILE, UNKNOWN, PROTECTED = 2, 4, 6, 7, 9
+FAIL, ERRNO, END_OF_FILE, UNKNOWN, NOT_FOUND = 1, 2, 6, 7, 10
+READ_ONLY = 30
 HEADER = struct.Struct("<HBBBBBBI")
 
 
@@ -109,7 +111,7 @@ def test_directories_are_listed_page_by_page(files: FileClient) -> None:
     assert files.ask(LIST, b"/", offset=2).data == b"D@SYS\0"
     assert files.ask(LIST, b"/", offset=3).data == bytes([END_OF_FILE])
     assert files.ask(LIST, b"@PARAM").data.startswith(b"Fparam.pck\t")
-    assert files.ask(LIST, b"/nowhere").data == bytes([ERRNO, 2])
+    assert files.ask(LIST, b"/nowhere").data == bytes([NOT_FOUND])
 
 
 def test_reading_checksum_and_closing(files: FileClient) -> None:
@@ -120,15 +122,36 @@ def test_reading_checksum_and_closing(files: FileClient) -> None:
     checksum = struct.unpack("<I", files.ask(CRC32, b"@SYS/tasks.txt").data)[0]
     assert checksum == zlib.crc32(content, 0xFFFFFFFF) ^ 0xFFFFFFFF
     assert files.ask(TERMINATE).opcode == ACK
-    assert files.ask(READ, size=20).data == bytes([INVALID_SESSION])
-    assert files.ask(BURST, size=20).data == bytes([INVALID_SESSION])
+    assert files.ask(READ, size=20).data == bytes([NOT_FOUND])
+    assert files.ask(BURST, size=20).data == bytes([NOT_FOUND])
 
 
 def test_what_cannot_be_done_is_refused(files: FileClient) -> None:
-    assert files.ask(OPEN, b"@PARAM/none").data == bytes([ERRNO, 2])
-    assert files.ask(CREATE, b"@PARAM/param.pck").data == bytes([PROTECTED])
+    assert files.ask(OPEN, b"@PARAM/none").data == bytes([NOT_FOUND])
     assert files.ask(77).data == bytes([UNKNOWN])
     assert files.ask(RESET).opcode == ACK
+
+
+@pytest.mark.parametrize("opcode", [CREATE, REMOVE, CREATE_DIRECTORY, REMOVE_DIRECTORY, OPEN_TO_WRITE, RENAME])
+def test_writing_is_refused_as_on_a_disk_for_reading_only(files: FileClient, opcode: int) -> None:
+    answer = files.ask(opcode, b"@PARAM/param.pck\0@PARAM/other.pck")
+    assert (answer.opcode, answer.data) == (NAK, bytes([ERRNO, READ_ONLY]))
+    assert files.ask(OPEN, b"@PARAM/param.pck").opcode == ACK
+
+
+def test_writing_into_a_file_needs_one_that_is_open_for_it(files: FileClient) -> None:
+    assert files.ask(WRITE, b"data").data == bytes([NOT_FOUND])
+    before = files.burst(b"@SYS/tasks.txt")
+    assert files.ask(OPEN, b"@SYS/tasks.txt").opcode == ACK
+    assert files.ask(WRITE, b"data").data == bytes([FAIL])
+    assert files.ask(TRUNCATE, b"@SYS/tasks.txt").data == bytes([UNKNOWN])
+    assert files.burst(b"@SYS/tasks.txt") == before
+
+
+def test_answers_of_others_get_none(files: FileClient) -> None:
+    for opcode in (ACK, NAK):
+        files.send(opcode, b"data")
+    assert files.heard() == []
 
 
 def test_a_repeated_request_gets_the_same_answer(files: FileClient) -> None:
