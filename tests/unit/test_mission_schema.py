@@ -126,7 +126,7 @@ def test_the_schema_is_plain_json_in_a_fixed_order() -> None:
 @pytest.mark.parametrize(
     ("path", "values"),
     [
-        ("task.kind", ["cover", "explore"]),
+        ("task.kind", ["cover", "explore", "map"]),
         ("terrain.kind", ["flat", "gaussians", "grid", "town"]),
         ("vehicles[3].type", ["multicopter", "surface-vessel", "underwater-vehicle"]),
         ("vehicles[3].autopilot", ["ardupilot", "px4"]),

@@ -72,7 +72,7 @@ class LandmarkShare:
         nothing = np.empty(0, dtype=np.int64)
         if not grid.contains(*position_enu_m[:2]):
             return nothing, nothing
-        here = np.array([grid.index_of(*grid.cell_of(*position_enu_m[:2]))], dtype=np.int64)
+        here = np.array([np.ravel_multi_index(grid.cell_of(*position_enu_m[:2]), grid.shape)], dtype=np.int64)
         aside_m = float(np.hypot(*(landmarks.layout.positions_en_m[here[0]] - position_enu_m[:2])))
         deviation = np.hypot(self._sensor.noise_sd_m(np.array([range_m]), unfixed_s), TYPICAL_SLOPE * aside_m)
         sealed = landmarks.observe(here, np.array([position_enu_m[2] - range_m]), deviation)
