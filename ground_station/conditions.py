@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
 
+from ground_station.liveliness import agent_died
 from ground_station.text import age
 from ground_station.vehicle_picture import Condition, VehiclePicture
 from vehicle_agent.mission.load import MissionPlan
@@ -192,7 +193,7 @@ def _finding(kind: Kind, text: str, severity: Severity | None = None) -> Finding
 def _link_findings(vehicle: VehiclePicture, moment: Moment) -> list[Finding]:
     found = []
     if vehicle.condition is Condition.LOST:
-        if vehicle.alive is False:
+        if agent_died(vehicle):
             found.append(_finding(Kind.AGENT_DEAD, "its agent is gone from the network"))
         else:
             found.append(_finding(Kind.OUT_OF_REACH, "silent for longer than the lease of its link"))

@@ -10,6 +10,8 @@ from vehicle_agent.wire.messages import Severity
 SUSPECT_AFTER_S = 1.0
 LEASE_S = 3.0
 """As the lease of the Zenoh sessions: what a dead link and a frozen agent take to be noticed."""
+DIED_WITHIN_S = 2.5
+"""A dead program's token goes at once, that of one out of reach a whole lease after its last word."""
 
 
 def next_condition(vehicle: VehiclePicture, now_s: float, speedup: float) -> Condition:
@@ -31,13 +33,23 @@ def next_condition(vehicle: VehiclePicture, now_s: float, speedup: float) -> Con
     return Condition.LIVE
 
 
+def agent_died(vehicle: VehiclePicture) -> bool:
+    """Its liveliness token went while it was still heard; after a whole silent lease, the link took it away."""
+    if vehicle.alive is not False:
+        return False
+    return vehicle.arrival_s is None or vehicle.alive_changed_s - vehicle.arrival_s < DIED_WITHIN_S
+
+
 def transition_text(vehicle: VehiclePicture, condition: Condition, now_s: float) -> tuple[Severity, str, str] | None:
     """Severity, code and text of the log entry that a change of condition deserves; None when it is not news."""
     if condition is Condition.LOST:
         silence_s = vehicle.age_s(now_s)
         heard = "never heard" if silence_s is None else f"last heard {age(silence_s)} ago"
-        why = "its agent is gone" if vehicle.alive is False else "its agent is silent"
-        return (Severity.ERROR, "lost", f"lost: {why}, {heard}; the autopilot's failsafe takes over")
+        if agent_died(vehicle):
+            text = f"lost: its agent is gone, {heard}; the autopilot's failsafe takes over"
+        else:
+            text = f"lost: out of reach or frozen, {heard}; what flies on, flies by itself"
+        return (Severity.ERROR, "lost", text)
     if vehicle.condition is Condition.LOST and condition is Condition.LIVE:
         return (Severity.NOTICE, "found", f"heard again after {age(now_s - vehicle.condition_since_s)}")
     return None

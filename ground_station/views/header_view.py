@@ -52,7 +52,9 @@ def banner_line(state: FleetState, notice: str, look: Look) -> Line:
     lost = [vehicle for vehicle in state.vehicles if vehicle.name in gone]
     if lost:
         names = ", ".join(f"{vehicle.name} {age(state.now_s - vehicle.condition_since_s)}" for vehicle in lost)
-        hint = "the mission has ended" if state.phase is Phase.DONE else "each autopilot's failsafe brings it home"
+        dead = any(trouble.kind is Kind.AGENT_DEAD for trouble in troubles)
+        hint = "each autopilot's failsafe brings it home" if dead else "out of reach; what flies on, flies by itself"
+        hint = "the mission has ended" if state.phase is Phase.DONE else hint
         return line_of((f" LOST {names} ", alarm), f"  {hint}")
     grave = next((trouble for trouble in troubles if trouble.severity <= Severity.WARNING), None)
     if grave is not None:

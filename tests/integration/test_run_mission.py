@@ -15,9 +15,12 @@ import pytest
 from pymavlink import mavutil
 
 from ground_station.link import open_link
-from ground_station.picture import Condition
+from ground_station.picture import Condition, FleetState
+from ground_station.player import Player
+from ground_station.recording import Recording, RecordingWriter
 from ground_station.station import Station
 from missions.summary import Summary
+from tests.fakes.pictures import same_picture
 from vehicle_agent.mission.load import MissionPlan, load_mission
 from vehicle_agent.wire.messages import Stage
 
@@ -120,11 +123,22 @@ class FlownMission:
 
 
 class Watcher:
-    """A ground station without a face."""
+    """A ground station without a face that records what it hears."""
 
     def __init__(self, flown: FlownMission, name: str) -> None:
-        self.station = Station(flown.plan, name, boot_id=os.getpid(), now_s=time.monotonic())
+        self._closed = False
+        self.file = flown.folder / f"{name}.mcap"
+        recording = RecordingWriter(self.file)
+        self.station = Station(flown.plan, name, os.getpid(), time.monotonic(), recording=recording)
         self.station.attach(open_link(flown.plan, name))
+
+    def close(self) -> FleetState:
+        """Take in the rest and end the recording, once; the last picture."""
+        if not self._closed:
+            self._closed = True
+            self.station.step(time.monotonic())
+            self.station.close()
+        return self.station.state
 
     def stages(self) -> dict[str, Stage]:
         state = self.station.step(time.monotonic())
@@ -160,7 +174,7 @@ def watch(flown: FlownMission) -> Iterator[Callable[[str], Watcher]]:
 
     yield make
     for watcher in watchers:
-        watcher.station.close()
+        watcher.close()
 
 
 def test_a_mission_ends_by_itself_though_its_ground_station_is_killed(flown, watch):
@@ -203,6 +217,11 @@ def test_the_others_finish_when_an_agent_is_killed_in_mid_flight(flown, watch):
     assert summary.min_separation_m is not None
     assert summary.min_separation_m >= 5.0
     assert summary.crashes == 0
+    live = station.close()
+    replayed = Player(Recording(station.file))
+    assert same_picture(replayed.play_to_end(), live)
+    assert replayed.recording.complete
+    assert any(entry.code == "lost" and entry.source == "bea" for entry in live.log)
 
 
 def test_ctrl_c_in_flight_keeps_what_was_seen_and_leaves_nobody(flown, watch):

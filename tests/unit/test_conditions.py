@@ -60,6 +60,14 @@ def test_a_dead_agent_and_one_out_of_reach_are_told_apart(story: Story) -> None:
     assert story.kinds("merlin") == {Kind.OUT_OF_REACH}
 
 
+def test_a_token_that_goes_after_a_silent_lease_tells_of_the_link_and_not_of_a_death(story: Story) -> None:
+    story.say("merlin")
+    for _ in range(3):
+        story.pass_second()
+    story.state = fold(story.state, [AliveChanged("merlin", False, 3.0), Tick(3.1)])
+    assert story.kinds("merlin") == {Kind.OUT_OF_REACH}
+
+
 def test_a_vehicle_that_gets_nowhere_is_stuck_until_it_moves(story: Story) -> None:
     for _ in range(70):
         story.say("merlin", why="the way is taken")

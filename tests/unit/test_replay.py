@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json
 from pathlib import Path
 from typing import Any
 
 import msgspec
-import numpy as np
 import pytest
 from hypothesis import given
 from mcap.reader import make_reader
@@ -21,29 +19,13 @@ from ground_station.player import Player
 from ground_station.recording import FILE_NAME, Recording, RecordingError, RecordingWriter
 from ground_station.station import Station
 from ground_station.wire_json import from_object, schema_of, to_object, topic_name
+from tests.fakes.pictures import same_picture
 from tests.fakes.talking_fleet import NAMES, ListLink, Voice, small_plan
 from tests.property.test_wire_codec import MESSAGES
 from vehicle_agent.wire.keys import topic_of
 from vehicle_agent.wire.messages import Message, Orders, Outcome, Stage, Verb, Zone
 
 CORNERS = ((1_000, 1_000), (9_000, 1_000), (9_000, 9_000))
-
-
-def same_picture(one: FleetState, other: FleetState) -> bool:
-    """Equal in every field; plans and maps by their content."""
-    for field in dataclasses.fields(FleetState):
-        mine, theirs = getattr(one, field.name), getattr(other, field.name)
-        if field.name == "plan":
-            equal = mine.mission == theirs.mission and mine.grid == theirs.grid
-        elif field.name == "team_map":
-            equal = mine.elevation == theirs.elevation and np.array_equal(mine.area, theirs.area)
-            rest = [f.name for f in dataclasses.fields(mine) if f.name not in ("elevation", "area")]
-            equal = equal and all(getattr(mine, name) == getattr(theirs, name) for name in rest)
-        else:
-            equal = mine == theirs
-        if not equal:
-            return False
-    return True
 
 
 def fly(folder: Path, seconds: int = 60) -> FleetState:
