@@ -37,7 +37,7 @@ class ControllerWatch:
         silent_s = time_s - self.last_heard_s
         if silent_s < settings.controller_timeout_s and self.active:
             self.active = False
-            vehicle.say(_WARNING, "GCS Failsafe Cleared")
+            vehicle.say(_WARNING, vehicle.wording.controller_back)
         elif silent_s > settings.controller_timeout_s and not self.active:
             self.active = True
             act(vehicle, "GCS", settings.controller_action)
@@ -61,11 +61,10 @@ class BatteryWatch:
         if level <= self.level:
             return
         self.level = level
-        word, action = (
-            ("critical", settings.critical_battery_action) if level == 2 else ("low", settings.low_battery_action)
-        )
+        action = settings.critical_battery_action if level == 2 else settings.low_battery_action
+        text = vehicle.wording.battery_critical if level == 2 else vehicle.wording.battery_low
         used_mah = (1.0 - battery.remaining) * settings.capacity_mah
-        vehicle.say(_WARNING, f"Battery 1 is {word} {battery.voltage_v:.2f}V used {used_mah:.0f} mAh")
+        vehicle.say(_WARNING, text.format(volts=battery.voltage_v, milliampere_hours=used_mah))
         act(vehicle, "Battery", action)
 
 
@@ -92,9 +91,9 @@ class FenceWatch:
         if part == self.breached:
             return
         if part is None:
-            vehicle.say(_NOTICE, f"{self.breached} fence cleared")
+            vehicle.say(_NOTICE, vehicle.wording.fence_cleared.format(part=self.breached))
         elif vehicle.armed and not vehicle.landed:
-            vehicle.say(_NOTICE, f"{part} fence breached")
+            vehicle.say(_NOTICE, vehicle.wording.fence_breached.format(part=part))
             if settings.action is not Action.WARN:
                 take(vehicle, settings.action)
         else:
@@ -112,7 +111,7 @@ class PositionWatch:
     def check(self, vehicle: Vehicle, time_s: float) -> None:
         if not vehicle.fix_lost:
             if self.active:
-                vehicle.say(_WARNING, "EKF Failsafe Cleared")
+                vehicle.say(_WARNING, vehicle.wording.position_back)
             self.active, self._since_s = False, None
             return
         if self._since_s is None:
@@ -122,13 +121,13 @@ class PositionWatch:
         self.active = True
         if not vehicle.armed or vehicle.landed or not vehicle.traits.needs_position:
             return
-        vehicle.say(_CRITICAL, "EKF variance")
+        vehicle.say(_CRITICAL, vehicle.wording.position_lost)
         action = vehicle.settings.lost_position_action
         if action is None or action is Action.WARN:
-            vehicle.say(_CRITICAL, "EKF Failsafe")
+            vehicle.say(_CRITICAL, vehicle.wording.failsafe.format(name="EKF", outcome=""))
             return
         take(vehicle, action)
-        vehicle.say(_CRITICAL, f"EKF Failsafe: changed to {vehicle.traits.title} Mode")
+        vehicle.say(_CRITICAL, vehicle.wording.position_failsafe.format(title=vehicle.traits.title))
 
 
 @dataclass(slots=True)
@@ -157,17 +156,21 @@ class LeakWatch:
 def act(vehicle: Vehicle, name: str, action: Action | None) -> None:
     """Announce a failsafe and do what it asks for, with ArduCopter's exceptions."""
     settings = vehicle.settings
+
+    def announce(outcome: str = "") -> None:
+        vehicle.say(_WARNING, vehicle.wording.failsafe.format(name=name, outcome=outcome))
+
     if not vehicle.armed:
-        vehicle.say(_WARNING, f"{name} Failsafe")
+        announce()
     elif vehicle.landed:
-        vehicle.say(_WARNING, f"{name} Failsafe - Disarming")
+        announce(" - Disarming")
         vehicle.disarm()
     elif vehicle.landed_state is LandedState.LANDING and settings.continue_landing:
-        vehicle.say(_WARNING, f"{name} Failsafe - Continuing Landing")
+        announce(" - Continuing Landing")
     elif name == "GCS" and vehicle.traits.flown_by_pilot and settings.continue_piloted:
-        vehicle.say(_WARNING, f"{name} Failsafe - Continuing Pilot Control")
+        announce(" - Continuing Pilot Control")
     else:
-        vehicle.say(_WARNING, f"{name} Failsafe")
+        announce()
         take(vehicle, action)
 
 

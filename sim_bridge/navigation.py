@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from sim_bridge.dynamics import Bodies, BodyKind
+from sim_bridge.dynamics import Bodies, BodyKind, Motion
 from vehicle_agent.domain.frames import FloatArray
 
 PERIOD_S = 0.2
@@ -24,6 +24,8 @@ FIX_DEPTH_M = 0.5
 """An antenna deeper than this hears nothing."""
 RECKONING_BIAS_M_S = {BodyKind.MULTICOPTER: 0.3, BodyKind.SURFACE_VESSEL: 0.1, BodyKind.UNDERWATER: 0.03}
 """Standard deviation of the velocity's constant error: inertial alone, with a speed log, with a Doppler log."""
+AT_REST_M_S = 0.01
+"""A vehicle without thrust and slower than this knows that it stands: its reckoning goes no further astray."""
 RECKONING_NOISE_M_S = 0.05
 """Random walk of the reckoned position, per square root of a second."""
 
@@ -67,6 +69,7 @@ class Navigation:
         lost = self.receiver_failed | deep
         if not lost.any() and not self._reckons.any() and self._noise_m == 0.0:
             return
+        at_rest = (bodies.motion == Motion.OFF) & (np.abs(bodies.velocity_enu_m_s).max(axis=1) < AT_REST_M_S)
         keep = math.exp(-period_s / WANDER_TIME_S)
         for index, stream in enumerate(self._streams):
             error = bodies.error_m[index]
@@ -74,6 +77,8 @@ class Navigation:
                 if not self._reckons[index]:
                     bias = RECKONING_BIAS_M_S[BodyKind(int(bodies.kind[index]))]
                     self._bias_m_s[index] = bias * stream.standard_normal(2)
+                if at_rest[index]:
+                    continue
                 step = RECKONING_NOISE_M_S * math.sqrt(period_s) * stream.standard_normal(2)
                 error[:2] += self._bias_m_s[index] * period_s + step
             elif self._reckons[index]:

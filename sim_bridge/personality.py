@@ -8,6 +8,7 @@ from enum import Enum, IntEnum
 
 from sim_bridge.modes import Behaviour, ModeTraits
 from sim_bridge.parameters import Parameter, ParameterTable
+from sim_bridge.wording import Wording
 
 
 class Action(Enum):
@@ -162,10 +163,8 @@ class Personality:
         Whether targets must flow before their mode can be entered.
     capabilities, flight_software_version, banner
         As in AUTOPILOT_VERSION and after DO_SEND_BANNER.
-    armed_text, disarmed_text
-        What it says then.
-    refused_mode_text
-        With places for `title` and `reason`.
+    wording
+        Its status texts.
     reports_landed_state
         Whether EXTENDED_SYS_STATE tells more than UNDEFINED.
     system_id_parameter
@@ -191,9 +190,7 @@ class Personality:
     packed_modes: bool = False
     takeoff_altitude_amsl: bool = False
     fresh_targets_first: bool = False
-    armed_text: str = "Arming motors"
-    disarmed_text: str = "Disarming motors"
-    refused_mode_text: str = "Mode change to {title} failed: {reason}"
+    wording: Wording = field(default_factory=Wording)
     reports_landed_state: bool = True
     mode_after_start: IntEnum | None = None
     system_id_parameter: str = "SYSID_THISMAV"

@@ -95,7 +95,7 @@ class Vehicle(VehicleState):
         traits = self.personality.modes[mode]
         reason = self._refusal_of(traits)
         if reason is not None:
-            return self._refuse(4, self.personality.refused_mode_text.format(title=traits.title, reason=reason))
+            return self._refuse(4, self.wording.mode_refused.format(title=traits.title, reason=reason))
         if self.behaviour is Behaviour.AUTO:
             self.auto_flight.stop()
         self.mode, self.traits = mode, traits
@@ -153,13 +153,13 @@ class Vehicle(VehicleState):
         problems = [] if force and not self.crashed else self.prearm_problems(self.mode)
         if problems:
             for problem in problems:
-                self.say(2, f"Arm: {problem}")
-            return Reply(Outcome.FAILED, f"Arm: {problems[0]}")
+                self.say(2, self.wording.arming_refused.format(problem=problem))
+            return Reply(Outcome.FAILED, self.wording.arming_refused.format(problem=problems[0]))
         self.armed = True
         self._idle_since_s = self.clock.time_s
         if self.home_enu_m is not None:
             self.home_enu_m = self._home_here()
-        self.say(6, self.personality.armed_text)
+        self.say(6, self.wording.armed)
         self._on_armed()
         return ACCEPTED
 
@@ -178,7 +178,7 @@ class Vehicle(VehicleState):
             self.pilot.begin_mode()
             self.pilot.rest()
             self.auto_flight.motors_stopped()
-            self.say(6, self.personality.disarmed_text)
+            self.say(6, self.wording.disarmed)
             self._on_disarmed()
         return ACCEPTED
 
@@ -321,7 +321,7 @@ class Vehicle(VehicleState):
         if action is None:
             self.pilot.stop()
         else:
-            self.say(2, "Offboard control lost")
+            self.say(2, self.wording.failsafe.format(name="Offboard", outcome=""))
             take(self, action)
 
     def hit_building(self) -> None:
@@ -332,7 +332,7 @@ class Vehicle(VehicleState):
     def _crash(self) -> None:
         self.crashed = True
         self.landed = True
-        self.say(0, "Crash: Disarming")
+        self.say(0, self.wording.crashed)
         self.disarm(force=True)
         self.pilot.rest()
 
@@ -341,7 +341,7 @@ class Vehicle(VehicleState):
         if self.home_enu_m is None and time_s >= ORIGIN_SHARE * self._ready_after_s:
             self.origin_enu_m = self.origin_enu_m or self.pilot.position_enu_m
             self.home_enu_m = self._home_here()
-            self.say(6, "EKF3 IMU0 origin set")
+            self.say(6, self.wording.origin_set)
         after = self.personality.mode_after_start
         if (
             after is not None
@@ -351,7 +351,7 @@ class Vehicle(VehicleState):
             self.set_mode(after)
         if not self._using_gps and time_s >= USING_GPS_SHARE * self._ready_after_s:
             self._using_gps = True
-            self.say(6, "EKF3 IMU0 is using GPS")
+            self.say(6, self.wording.position_used)
         self._started = time_s >= self._ready_after_s
 
     def _refuse(self, severity: int, text: str) -> Reply:

@@ -17,6 +17,7 @@ from sim_bridge.parameters import ParameterTable
 from sim_bridge.personality import Personality
 from sim_bridge.pilot import Pilot
 from sim_bridge.reply import StatusText, VehicleSnapshot
+from sim_bridge.wording import Wording
 from vehicle_agent.domain.frames import Datum, Point
 
 
@@ -173,8 +174,14 @@ class VehicleState:
         texts, self._texts[:] = list(self._texts), []
         return texts
 
+    @property
+    def wording(self) -> Wording:
+        return self.personality.wording
+
     def say(self, severity: int, text: str) -> None:
-        self._texts.append(StatusText(severity, text))
+        """Queue a status text; an empty one is none."""
+        if text:
+            self._texts.append(StatusText(severity, text))
 
     def prearm_problems(self, mode: IntEnum) -> list[str]:
         """Why it would not arm in that flight mode; empty when it would."""

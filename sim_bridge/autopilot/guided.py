@@ -12,6 +12,9 @@ from vehicle_agent.domain.frames import Geodetic, Point, ned_to_enu
 
 ABOVE_SEA_FRAMES = (mavlink.MAV_FRAME_GLOBAL, mavlink.MAV_FRAME_GLOBAL_INT)
 ABOVE_HOME_FRAMES = (mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT, mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT_INT)
+BODY_FRAMES = (mavlink.MAV_FRAME_BODY_NED, mavlink.MAV_FRAME_BODY_OFFSET_NED)
+"""Forward, right and down; places count from the vehicle in both."""
+LOCAL_FRAMES = (mavlink.MAV_FRAME_LOCAL_NED, mavlink.MAV_FRAME_LOCAL_OFFSET_NED, *BODY_FRAMES)
 _IGNORES_POSITION = 0b111
 _IGNORES_VELOCITY = 0b111 << 3
 
@@ -86,16 +89,18 @@ class GuidedService(Service):
         self._fly(target, message)
 
     def _on_local_target(self, client: Client, message: Message) -> None:
-        origin = self.node.vehicle.origin_enu_m
-        if origin is None or message.coordinate_frame != mavlink.MAV_FRAME_LOCAL_NED:
+        vehicle, frame = self.node.vehicle, message.coordinate_frame
+        if vehicle.origin_enu_m is None or frame not in LOCAL_FRAMES:
             return
+        heading_deg = vehicle.heading_deg if frame in BODY_FRAMES else 0.0
         target = None
         if not message.type_mask & _IGNORES_POSITION:
-            east_m, north_m, up_m = ned_to_enu((message.x, message.y, message.z))
-            target = (origin[0] + east_m, origin[1] + north_m, origin[2] + up_m)
-        self._fly(target, message)
+            offset = _turned((message.x, message.y, message.z), heading_deg)
+            start = vehicle.origin_enu_m if frame == mavlink.MAV_FRAME_LOCAL_NED else vehicle.pilot.position_enu_m
+            target = (start[0] + offset[0], start[1] + offset[1], start[2] + offset[2])
+        self._fly(target, message, heading_deg)
 
-    def _fly(self, target_enu_m: Point | None, message: Message) -> None:
+    def _fly(self, target_enu_m: Point | None, message: Message, heading_deg: float = 0.0) -> None:
         """Follow a target as ArduPilot does: only in guided flight, position before velocity, silently."""
         vehicle = self.node.vehicle
         if vehicle.behaviour is not Behaviour.GUIDED:
@@ -105,4 +110,11 @@ class GuidedService(Service):
         if target_enu_m is not None:
             vehicle.set_destination(target_enu_m)
         elif not message.type_mask & _IGNORES_VELOCITY:
-            vehicle.set_velocity(ned_to_enu((message.vx, message.vy, message.vz)))
+            vehicle.set_velocity(_turned((message.vx, message.vy, message.vz), heading_deg))
+
+
+def _turned(forward_right_down: Point, heading_deg: float) -> Point:
+    """A vector in ENU that is given along a heading, to its right, and downwards."""
+    forward, right, down = forward_right_down
+    along, across = math.cos(math.radians(heading_deg)), math.sin(math.radians(heading_deg))
+    return ned_to_enu((forward * along - right * across, forward * across + right * along, down))

@@ -103,7 +103,7 @@ class HealthService(Service):
         if vehicle.armed:
             return Outcome.TEMPORARILY_REJECTED
         for problem in vehicle.prearm_problems(vehicle.mode):
-            vehicle.say(2, f"PreArm: {problem}")
+            vehicle.say(2, vehicle.wording.not_ready.format(problem=problem))
         return Outcome.ACCEPTED
 
 

@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from enum import IntEnum
 
 from sim_bridge.modes import Behaviour, ModeTraits
 from sim_bridge.parameter_sets.copter import copter_rows
 from sim_bridge.parameters import ParameterTable
-from sim_bridge.personalities.ardupilot import AUTOMATIC_BASE_MODE, AUTOPILOT, VERSION_4_7, fence_settings
+from sim_bridge.personalities.ardupilot import (
+    AUTOMATIC_BASE_MODE,
+    AUTOPILOT,
+    VERSION_4_7,
+    fence_settings,
+    waypoint_settings,
+)
 from sim_bridge.personality import Action, Personality, Settings
 
 CONTINUE_IF_LANDING = 8
@@ -60,13 +67,8 @@ _POSITION_ACTIONS = {1: Action.LAND, 2: Action.HOLD, 3: Action.LAND}
 def settings(parameters: ParameterTable) -> Settings:
     """What ArduCopter's parameters mean; lengths in centimetres become metres."""
     options = int(parameters["FS_OPTIONS"])
-    return Settings(
-        speed_m_s=parameters["WPNAV_SPEED"] / 100.0,
-        climb_m_s=parameters["WPNAV_SPEED_UP"] / 100.0,
-        sink_m_s=parameters["WPNAV_SPEED_DN"] / 100.0,
-        acceleration_m_s2=parameters["WPNAV_ACCEL"] / 100.0,
-        vertical_acceleration_m_s2=parameters["WPNAV_ACCEL_Z"] / 100.0,
-        arrival_radius_m=parameters["WPNAV_RADIUS"] / 100.0,
+    return replace(
+        waypoint_settings(parameters),
         return_height_m=parameters["RTL_ALT"] / 100.0,
         return_climb_min_m=parameters["RTL_CLIMB_MIN"] / 100.0,
         return_cone_slope=parameters["RTL_CONE_SLOPE"],
@@ -76,15 +78,9 @@ def settings(parameters: ParameterTable) -> Settings:
         land_speed_high_m_s=parameters["LAND_SPEED_HIGH"] / 100.0,
         land_slow_below_m=parameters["LAND_ALT_LOW"] / 100.0,
         disarm_delay_s=parameters["DISARM_DELAY"],
-        target_timeout_s=parameters["GUID_TIMEOUT"],
-        controller_id=int(parameters["SYSID_MYGCS"]),
-        controller_timeout_s=parameters["FS_GCS_TIMEOUT"],
         controller_action=_CONTROLLER_ACTIONS.get(int(parameters["FS_GCS_ENABLE"]), Action.RETURN),
         continue_landing=bool(options & CONTINUE_IF_LANDING),
         continue_piloted=bool(options & CONTINUE_IF_PILOTED),
-        capacity_mah=parameters["BATT_CAPACITY"],
-        low_mah=parameters["BATT_LOW_MAH"],
-        critical_mah=parameters["BATT_CRT_MAH"],
         low_battery_action=_BATTERY_ACTIONS.get(int(parameters["BATT_FS_LOW_ACT"]), Action.WARN),
         critical_battery_action=_BATTERY_ACTIONS.get(int(parameters["BATT_FS_CRT_ACT"]), Action.WARN),
         lost_position_action=_POSITION_ACTIONS.get(int(parameters["FS_EKF_ACTION"]), Action.WARN),

@@ -14,6 +14,7 @@ from sim_bridge.personalities.ardupilot import (
     fence_settings,
 )
 from sim_bridge.personality import Action, Personality, Settings
+from sim_bridge.wording import Wording
 
 
 class RoverMode(IntEnum):
@@ -97,8 +98,6 @@ ARDUROVER = Personality(
     capabilities=61935,
     flight_software_version=VERSION_4_7,
     banner=("ArduRover V4.7.0-dev (fieldfleet)", "simulated by sim-bridge"),
-    armed_text="Throttle armed",
-    disarmed_text="Throttle disarmed",
-    refused_mode_text="Flight mode change failed",
+    wording=Wording(armed="Throttle armed", disarmed="Throttle disarmed", mode_refused="Flight mode change failed"),
     reports_landed_state=False,
 )

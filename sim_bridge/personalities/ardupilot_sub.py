@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from enum import IntEnum
 
 from sim_bridge.modes import Behaviour, ModeTraits
@@ -13,8 +14,10 @@ from sim_bridge.personalities.ardupilot import (
     PILOTED_BASE_MODE,
     VERSION_4_6,
     fence_settings,
+    waypoint_settings,
 )
 from sim_bridge.personality import Action, Personality, Settings
+from sim_bridge.wording import Wording
 
 
 class SubMode(IntEnum):
@@ -58,20 +61,9 @@ _FENCE_ACTIONS = {0: Action.WARN, 1: Action.SURFACE}
 
 def settings(parameters: ParameterTable) -> Settings:
     """What ArduSub's parameters mean; lengths in centimetres become metres."""
-    return Settings(
-        speed_m_s=parameters["WPNAV_SPEED"] / 100.0,
-        climb_m_s=parameters["WPNAV_SPEED_UP"] / 100.0,
-        sink_m_s=parameters["WPNAV_SPEED_DN"] / 100.0,
-        acceleration_m_s2=parameters["WPNAV_ACCEL"] / 100.0,
-        vertical_acceleration_m_s2=parameters["WPNAV_ACCEL_Z"] / 100.0,
-        arrival_radius_m=parameters["WPNAV_RADIUS"] / 100.0,
-        target_timeout_s=parameters["GUID_TIMEOUT"],
-        controller_id=int(parameters["SYSID_MYGCS"]),
-        controller_timeout_s=parameters["FS_GCS_TIMEOUT"],
+    return replace(
+        waypoint_settings(parameters),
         controller_action=_CONTROLLER_ACTIONS.get(int(parameters["FS_GCS_ENABLE"]), Action.WARN),
-        capacity_mah=parameters["BATT_CAPACITY"],
-        low_mah=parameters["BATT_LOW_MAH"],
-        critical_mah=parameters["BATT_CRT_MAH"],
         low_battery_action=_BATTERY_ACTIONS.get(int(parameters["BATT_FS_LOW_ACT"]), Action.WARN),
         critical_battery_action=_BATTERY_ACTIONS.get(int(parameters["BATT_FS_CRT_ACT"]), Action.WARN),
         leak_action=_LEAK_ACTIONS.get(int(parameters["FS_LEAK_ENABLE"]), Action.WARN),
@@ -95,6 +87,6 @@ ARDUSUB = Personality(
     capabilities=63975,
     flight_software_version=VERSION_4_6,
     banner=("ArduSub V4.6.0-dev (fieldfleet)", "simulated by sim-bridge", "Frame: VECTORED_6DOF"),
-    refused_mode_text="Mode change failed: {title} {reason}",
+    wording=Wording(mode_refused="Mode change failed: {title} {reason}"),
     reports_landed_state=False,
 )

@@ -9,6 +9,7 @@ from sim_bridge.modes import Behaviour, ModeTraits
 from sim_bridge.parameter_sets.px4 import px4_rows
 from sim_bridge.parameters import ParameterTable
 from sim_bridge.personality import Action, FenceSettings, Personality, Settings
+from sim_bridge.wording import Wording
 
 
 def packed(main: int, sub: int = 0) -> int:
@@ -103,6 +104,26 @@ def settings(parameters: ParameterTable) -> Settings:
     )
 
 
+WORDING = Wording(
+    origin_set="",
+    position_used="",
+    armed="Armed by external command",
+    disarmed="Disarmed by external command",
+    crashed="Disarmed by failure detector",
+    arming_refused="Arming denied: {problem}",
+    not_ready="Preflight Fail: {problem}",
+    mode_refused="Switching to mode '{title}' is currently not possible",
+    failsafe="Failsafe activated",
+    controller_back="GCS connection regained",
+    position_back="",
+    battery_low="Low battery level, return advised",
+    battery_critical="Critical battery level, land now",
+    fence_breached="Geofence violation",
+    fence_cleared="",
+    position_lost="",
+    position_failsafe="Failsafe activated",
+)
+
 PX4 = Personality(
     name="PX4",
     mav_type=2,
@@ -123,8 +144,6 @@ PX4 = Personality(
     packed_modes=True,
     takeoff_altitude_amsl=True,
     fresh_targets_first=True,
-    armed_text="Armed by external command",
-    disarmed_text="Disarmed by external command",
-    refused_mode_text="Switching to mode '{title}' is currently not possible",
+    wording=WORDING,
     system_id_parameter="MAV_SYS_ID",
 )

@@ -12,6 +12,7 @@ from collections import Counter
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 import pytest
 
 from sim_bridge.autopilot.dialect import mavlink, new_codec
@@ -238,6 +239,30 @@ def test_position_and_velocity_targets_are_flown_in_guided_only(bench: Bench) ->
     bench.asker.send(north)
     bench.wait(5.0)
     assert max(map(abs, bench.fleet.vehicles[0].snapshot.velocity_enu_m_s)) < 0.05
+
+
+@pytest.mark.parametrize(("frame", "turned"), [(7, False), (8, True), (9, True)])
+def test_targets_may_count_from_the_vehicle_and_its_nose(bench: Bench, frame: int, turned: bool) -> None:
+    """LOCAL_OFFSET_NED counts from the vehicle, BODY_NED and BODY_OFFSET_NED along its nose too."""
+    bench.airborne()
+    vehicle = bench.fleet.vehicles[0]
+    assert vehicle.go_to((260.0, 200.0, 70.0)).accepted
+    bench.wait(20.0)
+    assert vehicle.heading_deg == pytest.approx(90.0, abs=1.0)
+    start = vehicle.snapshot.position_enu_m
+    offset = mavlink.MAVLink_set_position_target_local_ned_message(0, 1, 1, frame, 0x0DF8, 20.0, 5.0, -10.0, *[0.0] * 8)
+    bench.asker.send(offset)
+    bench.wait(20.0)
+    moved = np.subtract(vehicle.snapshot.position_enu_m, start)
+    assert moved == pytest.approx((20.0, -5.0, 10.0) if turned else (5.0, 20.0, 10.0), abs=0.4)
+    heading_deg = vehicle.heading_deg
+    bench.asker.send(
+        mavlink.MAVLink_set_position_target_local_ned_message(0, 1, 1, frame, 0x0DC7, 0, 0, 0, 3.0, 0, 0, *[0.0] * 5)
+    )
+    bench.wait(2.5)
+    course_deg = heading_deg if turned else 0.0
+    along = (3.0 * math.sin(math.radians(course_deg)), 3.0 * math.cos(math.radians(course_deg)), 0.0)
+    assert vehicle.snapshot.velocity_enu_m_s == pytest.approx(along, abs=0.05)
 
 
 def test_telemetry_tells_where_it_is(bench: Bench) -> None:

@@ -9,7 +9,10 @@ import pytest
 
 from missions.bench.interview import dialect
 from sim_bridge.autopilot.dialect import mavlink, new_codec
+from sim_bridge.autopilot.node import Node
+from sim_bridge.modes import Behaviour
 from tests.fakes.sim_client import Asker, Bench, kinds, result
+from tests.fakes.sim_teams import member, sea_fleet, until
 
 ACCEPTED, DENIED, UNSUPPORTED, FAILED, IN_PROGRESS = 0, 2, 3, 4, 5
 KEY = bytes(range(1, 33))
@@ -180,6 +183,23 @@ def test_modes_are_told_all_or_one(bench: Bench) -> None:
     (second,) = modes(bench.asker, 2)
     assert second.to_dict() == told[1].to_dict()
     assert modes(bench.asker, 200) == []
+
+
+@pytest.mark.parametrize("table", [
+    {"type": "multicopter"}, {"type": "surface-vessel"}, {"type": "underwater-vehicle"}, {"autopilot": "px4"},
+])  # fmt: skip
+def test_every_mode_that_can_be_flown_is_told(table: dict[str, str]) -> None:
+    fleet = sea_fleet(member("one", **table))
+    vehicle = fleet.vehicles[0]
+    told = {message.custom_mode: message.mode_name for message in modes(Asker(Node(vehicle, fleet.plan.datum)), 0)}
+    assert told == {int(mode): traits.title for mode, traits in vehicle.personality.modes.items()}
+    until(fleet, lambda v: v.ready_to_arm)
+    for number in told:
+        vehicle.note_target()
+        if vehicle.set_mode(number).accepted:
+            fleet.step(0.1)
+            assert int(vehicle.mode) == number
+    assert int(vehicle.personality.mode_of[Behaviour.HOLD]) in told
 
 
 def test_a_rate_of_zero_means_the_usual_one(bench: Bench) -> None:

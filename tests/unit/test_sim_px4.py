@@ -7,6 +7,7 @@ import math
 import pytest
 
 from sim_bridge.fleet import Fleet
+from sim_bridge.flight_plan import PlanItem
 from sim_bridge.modes import Behaviour, LandedState
 from sim_bridge.personalities.px4 import Px4Mode
 from sim_bridge.reply import Outcome
@@ -84,3 +85,44 @@ def test_loss_of_the_ground_station_returns_it_when_set() -> None:
     assert vehicle.mode is Px4Mode.AUTO_LOITER
     fleet.step(2.0)
     assert vehicle.mode is Px4Mode.AUTO_RTL
+
+
+def test_it_speaks_in_its_own_words() -> None:
+    fleet = px4_fleet()
+    vehicle = fleet.vehicles[0]
+    fleet.step(1.0)
+    assert not vehicle.arm_motors().accepted
+    assert all(text.startswith("Arming denied: ") for text in texts(vehicle))
+    vehicle = flying(fleet)
+    vehicle.set_parameter("NAV_DLL_ACT", 2)
+    vehicle.heard_controller(42)
+    until(fleet, lambda v: v.mode is Px4Mode.AUTO_RTL)
+    vehicle.heard_controller(42)
+    until(fleet, lambda v: not v.failsafe_active)
+    fleet.faults.set(0, "battery", True)
+    until(fleet, lambda v: not v.armed)
+    said = texts(vehicle)
+    assert {"Armed by external command", "Failsafe activated", "GCS connection regained"} <= set(said)
+    assert "Critical battery level, land now" in said
+    assert not [text for text in said if "EKF" in text or "Failsafe -" in text or text.endswith(" Failsafe")]
+
+
+def test_it_flies_a_mission_to_its_end() -> None:
+    fleet = px4_fleet()
+    vehicle = fleet.vehicles[0]
+    until(fleet, lambda v: v.ready_to_arm)
+
+    def item(command: int, north_m: float = 0.0, up_m: float = 0.0) -> PlanItem:
+        place = fleet.plan.datum.to_geodetic((200.0, 200.0 + north_m, 0.0))
+        x, y = round(place.latitude_deg * 1e7), round(place.longitude_deg * 1e7)
+        return PlanItem(command, 3, (0.0, 0.0, 0.0, 0.0), x, y, up_m)
+
+    vehicle.flight_plan.mission = (item(16), item(22, 0.0, 15.0), item(16, 60.0, 25.0), item(21, 60.0))
+    vehicle.auto_flight.mission_replaced()
+    assert vehicle.arm_motors().accepted
+    assert vehicle.start_mission().accepted
+    assert vehicle.mode is Px4Mode.AUTO_MISSION
+    until(fleet, lambda v: v.pilot.position_enu_m[2] > SEA_FLOOR_M + 24.0)
+    until(fleet, lambda v: not v.armed)
+    assert vehicle.pilot.position_enu_m == pytest.approx((200.0, 260.0, SEA_FLOOR_M), abs=1.0)
+    assert not vehicle.crashed

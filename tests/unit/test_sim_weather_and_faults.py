@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 
 from sim_bridge.control import ControlPort, InjectError, inject
+from sim_bridge.faults import FAULTS
 from sim_bridge.fence import CircleZone, PolygonZone
 from sim_bridge.fleet import Fleet
 from sim_bridge.modes import LandedState
 from sim_bridge.personalities.ardupilot_copter import CopterMode
 from sim_bridge.vehicle import Vehicle
 from tests.fakes.sim_teams import SEA_FLOOR_M, armed, member, sea_fleet, texts, until
+from vehicle_agent.mission.model import FaultName
 
 
 def copter_fleet(count: int = 1, **simulation: float | list[float] | list[dict[str, object]]) -> Fleet:
@@ -95,6 +99,47 @@ def test_loss_of_satellites_lands_a_copter_that_needs_them() -> None:
     until(fleet, lambda c: c.has_fix, 60.0)
     fleet.step(0.5)
     assert copter.set_mode(CopterMode.GUIDED).accepted
+
+
+def test_a_vehicle_that_stands_still_does_not_lose_its_way_further() -> None:
+    fleet = copter_fleet(faults=[{"at_s": 10.0, "vehicle": "copter-0", "fault": "gps-loss"}])
+    until(fleet, lambda c: c.fix_lost)
+    fleet.step(300.0)
+    assert np.abs(fleet.bodies.error_m[0]).max() < 0.5
+    flown = copter_fleet(faults=[{"at_s": 60.0, "vehicle": "copter-0", "fault": "gps-loss"}])
+    copter = flying(flown)
+    until(flown, lambda c: not c.armed)
+    flown.step(1.0)
+    landed_m = flown.bodies.error_m[0].copy()
+    assert np.abs(landed_m).max() > 0.5
+    flown.step(300.0)
+    np.testing.assert_array_equal(flown.bodies.error_m[0], landed_m)
+    assert not copter.has_fix
+
+
+STRIKES: dict[FaultName, Callable[[Vehicle], bool]] = {
+    "gps-loss": lambda v: v.fix_lost,
+    "battery": lambda v: v.battery.remaining < 0.1,
+    "motor": lambda v: v.pilot.broken,
+    "link-loss": lambda v: v.link_lost,
+    "leak": lambda v: v.leaking,
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_every_fault_strikes_at_its_time_and_ends_at_its_time(fault: FaultName) -> None:
+    """Whatever `inject` can do stands in a mission file too."""
+    fleet = copter_fleet(2, faults=[{"at_s": 20.0, "vehicle": "copter-1", "fault": fault, "for_s": 15.0}])
+    struck, spared = fleet.vehicles[1], fleet.vehicles[0]
+    fleet.step(19.9)
+    assert not STRIKES[fault](struck)
+    fleet.step(0.2)
+    assert STRIKES[fault](struck)
+    fleet.step(14.0)
+    assert STRIKES[fault](struck)
+    fleet.step(2.0)
+    assert STRIKES[fault](struck) == (fault == "battery")
+    assert not STRIKES[fault](spared)
 
 
 def test_a_failed_motor_brings_it_down() -> None:
