@@ -26,8 +26,6 @@ class VehicleState:
 
     Attributes
     ----------
-    floats
-        Whether it stays on the water's surface.
     personality
         Which autopilot it is.
     booted_us
@@ -47,8 +45,6 @@ class VehicleState:
     beam
         The single beam that it carries; None without one.
     """
-
-    floats = False
 
     def __init__(
         self,

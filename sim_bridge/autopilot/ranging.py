@@ -57,7 +57,7 @@ class RangingService(Service):
     def water_depth(self) -> Message | None:
         """Only boats tell it."""
         vehicle, distance_cm = self.node.vehicle, self._range_cm()
-        if distance_cm is None or not vehicle.floats:
+        if distance_cm is None or vehicle.personality.mav_type != mavlink.MAV_TYPE_SURFACE_BOAT:
             return None
         place = self.node.believed_place()
         roll, pitch = vehicle.attitude_rad

@@ -17,7 +17,6 @@ class Boat(Vehicle):
     """One surface vessel."""
 
     last_resort = Behaviour.BRAKE
-    floats = True
 
     @property
     def landed_state(self) -> LandedState:
