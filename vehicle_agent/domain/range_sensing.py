@@ -97,7 +97,7 @@ def heights_from_ranges(
         slope = drop / expected
         heights: FloatArray = up - drop - (ranges_m - expected) / slope
         sds: FloatArray = sensor.noise_sd_m(expected, unfixed_s) / slope
-    bad = ~np.isfinite(heights) | ~np.isfinite(sds)
+    bad = ~np.isfinite(heights) | ~np.isfinite(sds) | ~(sds > 0.0)
     return np.where(bad, np.nan, heights), np.where(bad, np.nan, sds)
 
 

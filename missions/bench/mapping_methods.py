@@ -1,0 +1,148 @@
+"""The methods that the mapping bench compares, each as what moves a whole team by one step."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+
+import numpy as np
+
+from missions.bench.mapping_kernels import try_out
+from missions.bench.mapping_run import Mover, Team, point, timed
+from missions.bench.mapping_world import Setup
+from vehicle_agent.domain.frames import FloatArray, Point
+from vehicle_agent.domain.grid import IndexArray
+from vehicle_agent.planning.interface import Teammate, Waypoint
+from vehicle_agent.planning.mapping.cao_mapping import MappingCao, MappingCaoParams
+from vehicle_agent.planning.mapping.default import ViewpointPlanner
+from vehicle_agent.planning.mapping.interface import HeightBand, MappingSituation
+from vehicle_agent.planning.mapping.objective import TERMS, Objective, ObjectiveParams, Outlook
+from vehicle_agent.planning.mapping.osarses import Osarses
+
+DEFAULT = "default"
+CAO = "cao-faithful"
+TRIALS = {"osarses-0": 0, "osarses-5": 5, "osarses-50": 50}
+METHODS = (CAO, DEFAULT, *TRIALS)
+ABLATION_TRIALS = 50
+ABLATION = {f"ablation {terms}": terms for terms in TERMS}
+"""Every step of the objective's making, climbed by osarses-50 as in the paper's table 1 and figure 2."""
+
+
+def make_mover(method: str, vehicles: int, setup: Setup, rng: np.random.Generator) -> Mover:
+    """A method by its name in the rows."""
+    if method == DEFAULT:
+        return Fleet(vehicles, setup)
+    if method == CAO:
+        return CaoServer(vehicles, setup, rng)
+    if method in ABLATION:
+        return OsarsesServer(ABLATION_TRIALS, vehicles, setup, rng, ABLATION[method])
+    return OsarsesServer(TRIALS[method], vehicles, setup, rng)
+
+
+class _Server:
+    """Knows all that anybody knows, and says where everybody goes."""
+
+    def __init__(self, vehicles: int, terms: str) -> None:
+        self.objective = Objective(ObjectiveParams(terms=terms), vehicles)
+
+    def outlook(self, team: Team, positions: FloatArray, information: FloatArray, far: IndexArray) -> Outlook:
+        """What moving there would bring."""
+        world, setup = team.world, team.setup
+        visible = np.zeros(team.vehicles, dtype=np.int64)
+        sealed, near_sum, far_sum = try_out(
+            world.elevation, world.shape, world.heights, setup.range_m, setup.accurate_sd_m / setup.noise_share,
+            (setup.accurate_sd_m / setup.landmark_params.best_sd_m) ** 2, information, self._done(team),
+            np.ascontiguousarray(positions), far, self._supposed(team), visible,
+        )  # fmt: skip
+        squared = setup.range_m**2
+        return Outlook(sealed, visible, near_sum / squared, far_sum / squared)
+
+    def present(self, team: Team, far: IndexArray) -> Outlook:
+        """What the last step has brought."""
+        nothing = np.full((team.vehicles, len(team.world.layout)), -np.inf)
+        here = self.outlook(team, team.positions, nothing, far)
+        return Outlook(team.sealed_now, here.visible, here.near_sum, here.far_sum)
+
+    def far(self, team: Team) -> IndexArray:
+        """Landmarks of J3: once seen, now out of sight and still not accurate; if there are none, all unseen ones."""
+        visible = np.zeros(len(team.world.layout), dtype=np.bool_)
+        for ids in team.visible:
+            visible[ids] = True
+        waiting = ~self._done(team) & ~visible
+        return np.flatnonzero(waiting & team.ever_seen) if np.any(waiting & team.ever_seen) else np.flatnonzero(waiting)
+
+    def _done(self, team: Team) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+        tired = np.any([known.given_up for known in team.maps], axis=0)
+        return np.asarray(team.accurate | tired)
+
+    def _supposed(self, team: Team) -> FloatArray:
+        heights = np.array([known.heights_m for known in team.maps])
+        known = ~np.isnan(heights)
+        mean = np.where(known, heights, 0.0).sum(axis=0) / np.maximum(known.sum(axis=0), 1)
+        return np.ascontiguousarray(np.column_stack((team.world.layout.positions_en_m, mean)))
+
+
+class OsarsesServer(_Server):
+    """Algorithm 1 on a server."""
+
+    def __init__(self, trials: int, vehicles: int, setup: Setup, rng: np.random.Generator, terms: str = "all") -> None:
+        super().__init__(vehicles, terms)
+        self._search = Osarses(trials, setup.reach_m, rng)
+
+    def move(self, team: Team) -> Sequence[float]:
+        began_s = time.perf_counter()
+        far = self.far(team)
+        self.objective.record(team.sealed_by.copy(), self.present(team, far))
+        information = np.array([known.information for known in team.maps])
+        if self.objective.switches()[2].sum() == 0.0:
+            far = far[:0]
+        team.positions = self._search.ask(
+            team.positions,
+            team.ends_allowed,
+            team.team_allowed,
+            lambda positions: self.objective.value(self.outlook(team, positions, information, far)),
+        )
+        return [timed(began_s)]
+
+
+class CaoServer(_Server):
+    """Algorithm 2 on a server."""
+
+    def __init__(self, vehicles: int, setup: Setup, rng: np.random.Generator) -> None:
+        super().__init__(vehicles, "all")
+        self._search = MappingCao(MappingCaoParams(setup.reach_m), vehicles, rng)
+
+    def move(self, team: Team) -> Sequence[float]:
+        began_s = time.perf_counter()
+        value = self.objective.record(team.sealed_by.copy(), self.present(team, self.far(team)))
+        self._search.tell(team.positions, value)
+        team.positions = self._search.ask(team.positions, team.ends_allowed, team.team_allowed)
+        return [timed(began_s)]
+
+
+class Fleet:
+    """Every vehicle decides for itself, one after the other, by its own map and what it heard of its teammates."""
+
+    def __init__(self, vehicles: int, setup: Setup) -> None:
+        self._planners = [ViewpointPlanner(vehicles) for _ in range(vehicles)]
+        self._goals: list[Point | None] = [None] * vehicles
+        self._heard: list[dict[int, Teammate]] = [{} for _ in range(vehicles)]
+        self._band = HeightBand(setup.clearance_m, setup.ceiling_m)
+
+    def move(self, team: Team) -> Sequence[float]:
+        took = []
+        for index in np.flatnonzero(team.present).tolist():
+            for other in np.flatnonzero(team.in_radio(index)).tolist():
+                self._heard[index][other] = Teammate(other, point(team.positions[other]), self._goals[other])
+            situation = MappingSituation(
+                index, point(team.positions[index]), team.maps[index], team.setup.sensor, self._band,
+                team.setup.reach_m, lambda ends, index=index: team.move_allowed(index, ends),  # type: ignore[misc]
+                tuple(self._heard[index].values()), team.setup.radio_range_m,
+            )  # fmt: skip
+            began_s = time.perf_counter()
+            decision = self._planners[index].ask(situation)
+            took.append(timed(began_s))
+            if isinstance(decision, Waypoint):
+                team.positions[index] = decision.position_enu_m
+                self._goals[index] = decision.goal_enu_m
+        return took

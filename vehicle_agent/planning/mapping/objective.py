@@ -1,0 +1,116 @@
+"""The transformed objective J + J1 + J2 + J3 of a whole team (Kapoutsis 2015, section 4.3).
+
+Equations 11, 13 and 15 as printed switch a term off in a deadlock; the text beside them switches it on, and that is
+what leads out of one, so it is what is done here.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from vehicle_agent.domain.frames import FloatArray
+from vehicle_agent.domain.grid import IndexArray
+
+TERMS = ("J", "J+J1", "J+J1+J2", "all")
+"""The steps of the ablation: how many of the terms count."""
+
+
+@dataclass(frozen=True, slots=True)
+class ObjectiveParams:
+    """Weights and thresholds of the terms.
+
+    Attributes
+    ----------
+    terms
+        One of `TERMS`.
+    visible_weight, nearness_weight, far_weight
+        K_1, K_2 and K_3; the latter two per squared visibility threshold.
+    sealed_tolerance
+        epsilon_1: a vehicle that made no more landmarks accurate than this at its last step is in a deadlock.
+    visible_tolerance, nearness_tolerance
+        epsilon_2 and epsilon_3.
+    """
+
+    terms: str = "all"
+    visible_weight: float = 0.3
+    nearness_weight: float = 0.2
+    far_weight: float = 0.05
+    sealed_tolerance: float = 0.0
+    visible_tolerance: float = 1.0
+    nearness_tolerance: float = 1.0
+
+    def __post_init__(self) -> None:
+        if self.terms not in TERMS:
+            raise ValueError(f"terms must be one of {', '.join(TERMS)}")
+
+
+@dataclass(frozen=True, slots=True)
+class Outlook:
+    """What a team configuration brings, really or supposedly.
+
+    Attributes
+    ----------
+    sealed
+        Landmarks that become accurate, |A^L(t)| - |A^L(t-1)|.
+    visible : (vehicles,) sizes of B^{L,j}.
+    near_sum
+        Sum over B^L of the least squared range, in squared visibility thresholds.
+    far_sum
+        The same over the landmarks of J3.
+    """
+
+    sealed: float
+    visible: IndexArray
+    near_sum: float
+    far_sum: float
+
+
+@dataclass(slots=True)
+class Objective:
+    """The objective with the switches that history sets (eq. 9-15), for steps of equal length."""
+
+    params: ObjectiveParams
+    vehicles: int
+    _sealed: list[IndexArray] = field(default_factory=list)
+    _visible_terms: list[FloatArray] = field(default_factory=list)
+    _nearness_terms: list[FloatArray] = field(default_factory=list)
+
+    def record(self, sealed_by: IndexArray, outlook: Outlook) -> float:
+        """Take note of what the last step brought, (vehicles,) landmarks that each made accurate; its objective."""
+        switches = self.switches()
+        value = self.value(outlook)
+        self._sealed = [*self._sealed[-1:], sealed_by]
+        self._visible_terms = [*self._visible_terms[-1:], switches[0] * outlook.visible]
+        self._nearness_terms = [*self._nearness_terms[-1:], switches[1] * outlook.near_sum]
+        return value
+
+    def switches(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """s_1, s_2 and s_3 of the coming step, (vehicles,) each."""
+        params, level = self.params, TERMS.index(self.params.terms)
+        none = np.zeros(self.vehicles)
+        if not self._sealed:
+            return (none, none, none)
+        stuck = self._sealed[-1] <= params.sealed_tolerance
+        first = np.where(stuck, params.visible_weight, 0.0) if level >= 1 else none  # eq. 11
+        second = np.where(stuck, params.nearness_weight, 0.0) if level >= 2 else none  # eq. 13
+        if level < 3 or len(self._visible_terms) < 2:
+            return (first, second, none)
+        (visible_before, visible), (near_before, near) = self._visible_terms, self._nearness_terms
+        hopeless = (
+            stuck
+            & (np.abs(visible - visible_before) <= params.visible_tolerance)
+            & (np.abs(near - near_before) <= params.nearness_tolerance)
+        )
+        return (first, second, np.where(hopeless, params.far_weight, 0.0))  # eq. 15
+
+    def value(self, outlook: Outlook) -> float:
+        """J + J1 + J2 + J3 (eq. 9) that a configuration brings at the coming step."""
+        first, second, third = self.switches()
+        return float(
+            outlook.sealed  # eq. 8
+            + (first * outlook.visible).sum()  # eq. 10
+            - second.sum() * outlook.near_sum  # eq. 12
+            - third.sum() * outlook.far_sum  # eq. 14
+        )

@@ -1,0 +1,249 @@
+"""Work sites: landmarks gathered in square cells, what is left to do in each, and from where it is best done.
+
+Compiled kernels over all landmarks of a cell at once; only cells whose landmarks changed are looked at again.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from vehicle_agent.domain.compiled import compiled
+from vehicle_agent.domain.frames import FloatArray
+from vehicle_agent.domain.grid import IndexArray
+from vehicle_agent.domain.landmarks import LandmarkLayout
+from vehicle_agent.domain.polygon import BoolArray
+
+
+@dataclass(frozen=True, slots=True)
+class SiteLattice:
+    """Landmarks sorted into square cells.
+
+    Attributes
+    ----------
+    west_m, south_m, cell_m
+        South-western corner and edge of the cells.
+    columns, rows
+        Number of cells along east and north; cell `column * rows + row`.
+    home
+        (N,) int64, the cell of each landmark.
+    order, first
+        Landmarks by cell: those of cell c are `order[first[c]:first[c + 1]]`.
+    """
+
+    west_m: float
+    south_m: float
+    cell_m: float
+    columns: int
+    rows: int
+    home: IndexArray
+    order: IndexArray
+    first: IndexArray
+
+    @classmethod
+    def over(cls, layout: LandmarkLayout, cell_m: float) -> SiteLattice:
+        """Cells of about this edge around all landmarks."""
+        low = layout.positions_en_m.min(axis=0) - 0.5 * layout.spacing_m
+        extent = layout.positions_en_m.max(axis=0) + 0.5 * layout.spacing_m - low
+        columns, rows = (max(1, math.ceil(side / cell_m - 1e-9)) for side in extent)
+        edge = float(max(extent[0] / columns, extent[1] / rows))
+        at = np.clip(((layout.positions_en_m - low) / edge).astype(np.int64), 0, [columns - 1, rows - 1])
+        home = at[:, 0] * rows + at[:, 1]
+        order = np.argsort(home, kind="stable")
+        first = np.searchsorted(home[order], np.arange(columns * rows + 1))
+        return cls(float(low[0]), float(low[1]), edge, columns, rows, home, order, first.astype(np.int64))
+
+    @property
+    def sites(self) -> int:
+        return self.columns * self.rows
+
+    def cell_of(self, east_m: float, north_m: float) -> int:
+        """The cell that holds a point, or the border cell nearest to it."""
+        column = min(max(int((east_m - self.west_m) / self.cell_m), 0), self.columns - 1)
+        row = min(max(int((north_m - self.south_m) / self.cell_m), 0), self.rows - 1)
+        return column * self.rows + row
+
+
+@compiled
+def cell_surfaces(
+    first: IndexArray, order: IndexArray, heights: FloatArray, tops: FloatArray, means: FloatArray
+) -> None:
+    """Highest and mean estimated height of each cell's landmarks; NaN where none is known."""
+    for cell in range(len(first) - 1):
+        total, count, top = 0.0, 0, -math.inf
+        for k in range(first[cell], first[cell + 1]):
+            height = heights[order[k]]
+            if not math.isnan(height):
+                total += height
+                count += 1
+                top = max(top, height)
+        means[cell] = total / count if count else math.nan
+        tops[cell] = top if count else math.nan
+
+
+@compiled
+def fill_unknown(values: FloatArray, columns: int, rows: int) -> None:
+    """Give cells without a value the mean of their neighbours that have one, ring by ring outwards; 0 if none has."""
+    while True:
+        before = values.copy()
+        changed, missing = False, False
+        for column in range(columns):
+            for row in range(rows):
+                if not math.isnan(before[column * rows + row]):
+                    continue
+                total, count = 0.0, 0
+                for i in range(max(0, column - 1), min(columns, column + 2)):
+                    for j in range(max(0, row - 1), min(rows, row + 2)):
+                        value = before[i * rows + j]
+                        if not math.isnan(value):
+                            total += value
+                            count += 1
+                if count:
+                    values[column * rows + row] = total / count
+                    changed = True
+                else:
+                    missing = True
+        if not changed:
+            break
+        if not missing:
+            return
+    for cell in range(len(values)):
+        if math.isnan(values[cell]):
+            values[cell] = 0.0
+
+
+@compiled
+def told(
+    away_squared: float, drop: float, precision: float, best: float, range_squared: float, footprint_squared: float
+) -> float:
+    """What one measurement tells of a landmark (1 makes it accurate): `expected_information` for one."""
+    squared = away_squared + drop * drop
+    if drop <= 0.0 or squared >= range_squared or away_squared > footprint_squared:
+        return 0.0
+    share = precision * drop / squared
+    return min(share * share, best)
+
+
+@compiled
+def plan_sites(
+    cells: IndexArray, first: IndexArray, order: IndexArray, places: FloatArray, supposed: FloatArray,
+    information: FloatArray, open_: BoolArray, tops: FloatArray, band: FloatArray, sensor: FloatArray,
+    heights_tried: IndexArray, viewpoints: FloatArray, work: FloatArray, visits: FloatArray,
+) -> None:  # fmt: skip
+    """For some cells: where their open landmarks are best seen from, how much is left, and how many steps that takes.
+
+    Parameters
+    ----------
+    places, supposed : (N, 2) and (N,), where landmarks are supposed to be.
+    information, open_ : (N,), what is known of each and whether it is worth more.
+    tops : (cells,), highest ground around each cell.
+    band : clearance, lowest and highest allowed height.
+    sensor : precision, best single measurement, squared range, squared footprint.
+    heights_tried : indices 0, 1, 2, ... of heights, in parts of the sensor's range.
+    viewpoints, work, visits : (cells, 3), (cells,), (cells,), written for the cells given.
+    """
+    clearance, lowest, highest = band[0], band[1], band[2]
+    precision, best, range_squared, footprint_squared = sensor[0], sensor[1], sensor[2], sensor[3]
+    reach = math.sqrt(range_squared)
+    for n in range(len(cells)):
+        cell = cells[n]
+        east = north = left = 0.0
+        count = 0
+        for k in range(first[cell], first[cell + 1]):
+            landmark = order[k]
+            if open_[landmark]:
+                rest = 1.0 - min(information[landmark], 0.9)
+                east += rest * places[landmark, 0]
+                north += rest * places[landmark, 1]
+                left += rest
+                count += 1
+        work[cell] = count
+        if count == 0:
+            continue
+        east /= left
+        north /= left
+        viewpoints[cell, 0], viewpoints[cell, 1] = east, north
+        best_rate = -1.0
+        for option in heights_tried:
+            up = min(max(tops[cell] + clearance + 0.12 * option * reach, lowest), highest)
+            steps, gained = 0.0, 0.0
+            for k in range(first[cell], first[cell + 1]):
+                landmark = order[k]
+                if not open_[landmark]:
+                    continue
+                away = (places[landmark, 0] - east) ** 2 + (places[landmark, 1] - north) ** 2
+                gain = told(away, up - supposed[landmark], precision, best, range_squared, max(footprint_squared, away))
+                need = 1.0 - min(information[landmark], 0.95)
+                gained += min(2.0 * gain, need) / need
+                steps += min(need / max(gain, 1e-3), 12.0)
+            rate = gained / (1.0 + steps / count)
+            if rate > best_rate:
+                best_rate = rate
+                viewpoints[cell, 2] = up
+                visits[cell] = max(1.0, steps / count)
+
+
+@compiled
+def immediate_gains(
+    ends: FloatArray, near: IndexArray, places: FloatArray, supposed: FloatArray, information: FloatArray,
+    trust: FloatArray, sensor: FloatArray, gains: FloatArray,
+) -> None:  # fmt: skip
+    """What measuring once at each of some ends would add to the open landmarks `near`, each as much as it is trusted."""
+    precision, best, range_squared, footprint_squared = sensor[0], sensor[1], sensor[2], sensor[3]
+    for n in range(len(ends)):
+        total = 0.0
+        for k in range(len(near)):
+            landmark = near[k]
+            away = (places[landmark, 0] - ends[n, 0]) ** 2 + (places[landmark, 1] - ends[n, 1]) ** 2
+            gain = told(away, ends[n, 2] - supposed[landmark], precision, best, range_squared, footprint_squared)
+            total += trust[landmark] * min(gain, 1.0 - information[landmark])
+        gains[n] = total
+
+
+@compiled
+def distances_to(goal: int, heights: FloatArray, columns: int, rows: int, cell_m: float) -> FloatArray:
+    """Length of the shortest way from every cell to one of them over a surface, by the eight neighbours: (cells,)."""
+    distances = np.full(len(heights), math.inf)
+    distances[goal] = 0.0
+    for sweep in range(4 * max(columns, rows)):
+        changed = False
+        for a in range(columns):
+            column = a if sweep % 2 == 0 else columns - 1 - a
+            for b in range(rows):
+                row = b if sweep // 2 % 2 == 0 else rows - 1 - b
+                cell = column * rows + row
+                least = distances[cell]
+                for i in range(max(0, column - 1), min(columns, column + 2)):
+                    for j in range(max(0, row - 1), min(rows, row + 2)):
+                        other = i * rows + j
+                        if distances[other] >= least:
+                            continue
+                        flat = cell_m * cell_m * ((i - column) ** 2 + (j - row) ** 2)
+                        way = distances[other] + math.sqrt(flat + (heights[other] - heights[cell]) ** 2)
+                        if way < least - 1e-12:
+                            least = way
+                            changed = True
+                distances[cell] = least
+        if not changed and sweep >= 3:
+            break
+    return distances
+
+
+@compiled
+def interpolated(
+    values: FloatArray, points: FloatArray, west_m: float, south_m: float, cell_m: float, columns: int, rows: int
+) -> FloatArray:
+    """Values of cells between their centres, bilinearly: (cells,) and (N, 2 or 3) -> (N,)."""
+    result = np.empty(len(points))
+    for n in range(len(points)):
+        u = min(max((points[n, 0] - west_m) / cell_m - 0.5, 0.0), columns - 1.0)
+        v = min(max((points[n, 1] - south_m) / cell_m - 0.5, 0.0), rows - 1.0)
+        i, j = min(int(u), max(columns - 2, 0)), min(int(v), max(rows - 2, 0))
+        p, q = u - i, v - j
+        k, m = min(i + 1, columns - 1), min(j + 1, rows - 1)
+        low = (1.0 - p) * values[i * rows + j] + p * values[k * rows + j]
+        high = (1.0 - p) * values[i * rows + m] + p * values[k * rows + m]
+        result[n] = (1.0 - q) * low + q * high
+    return result
