@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,10 +11,12 @@ from vehicle_agent.behaviour.command_desk import CommandDesk
 from vehicle_agent.behaviour.flight import Flight
 from vehicle_agent.behaviour.knowledge import Knowledge
 from vehicle_agent.behaviour.map_exchange import encode_record
+from vehicle_agent.behaviour.navigator import Navigator
 from vehicle_agent.behaviour.order_book import OrderBook
 from vehicle_agent.behaviour.outfit import outfit
 from vehicle_agent.behaviour.plausible import plausible
 from vehicle_agent.behaviour.rhythm import Rhythm
+from vehicle_agent.behaviour.shared_map import SharedMap
 from vehicle_agent.behaviour.status_report import Figures, status_fields
 from vehicle_agent.behaviour.voice import Voice
 from vehicle_agent.domain.team_map import TeamMap
@@ -33,6 +36,10 @@ from vehicle_agent.wire.messages import (
     Stage,
     Status,
 )
+
+if TYPE_CHECKING:  # what only some missions need loads only there
+    from vehicle_agent.behaviour.depth_navigator import DepthNavigator
+    from vehicle_agent.behaviour.town_navigator import TownNavigator
 
 HEAR_FIRST_S = 10.0
 """A restarted agent adds nothing to its stream before teammates could return what its journal lost of it."""
@@ -64,7 +71,7 @@ class VehicleAgent:
         journal_records: Iterable[bytes] = (),
     ) -> None:
         vehicle = plan.mission.vehicles[index]
-        shared, navigator = outfit(plan, index, rng)
+        shared, navigator = self._outfit(plan, index, rng)
         self.name = vehicle.name
         self._voice = Voice(vehicle.name, boot_id)
         self._orders = OrderBook()
@@ -80,6 +87,12 @@ class VehicleAgent:
         self._makes_sense = True
         self.bytes_sent = 0
         self.messages_dropped = 0
+
+    def _outfit(
+        self, plan: MissionPlan, index: int, rng: np.random.Generator
+    ) -> tuple[SharedMap, Navigator | TownNavigator | DepthNavigator]:
+        """The kind of map that the mission needs, and who leads the vehicle through it."""
+        return outfit(plan, index, rng)
 
     @property
     def stage(self) -> Stage:

@@ -38,6 +38,22 @@ class Landed(Enum):
 
 
 @dataclass(frozen=True, slots=True)
+class Sounding:
+    """One reading of a beam straight down from the vehicle.
+
+    Attributes
+    ----------
+    stamp_ms
+        Unix time by the autopilot, milliseconds, by which readings are told apart.
+    range_m
+        Distance along the beam; None when nothing within its limits answered.
+    """
+
+    stamp_ms: int
+    range_m: float | None
+
+
+@dataclass(frozen=True, slots=True)
 class VehicleState:
     """What the autopilot tells of itself.
 
@@ -57,6 +73,8 @@ class VehicleState:
         Where the autopilot returns to; None until it knows.
     rival_controller
         True once another component has been heard speaking with this agent's MAVLink system id.
+    sounding
+        Last reading of the autopilot's own downward beam; None without one.
     """
 
     stamp_ms: int
@@ -70,6 +88,7 @@ class VehicleState:
     ready_to_arm: bool = False
     home_enu_m: Point | None = None
     rival_controller: bool = False
+    sounding: Sounding | None = None
 
 
 @dataclass(frozen=True, slots=True)

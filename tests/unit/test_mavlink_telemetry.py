@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from vehicle_agent.adapters.ardupilot import flight_mode
+from vehicle_agent.adapters.ardupilot import COPTER
 from vehicle_agent.adapters.mavlink_telemetry import PREARM_CHECK, StatusTexts, TelemetryFold
 from vehicle_agent.domain.frames import Datum
 from vehicle_agent.ports import FlightMode, Landed, VehicleState
@@ -34,7 +34,7 @@ def health(battery_percent: int, passed: bool = True) -> dict[str, Any]:
 
 @pytest.fixture
 def fold() -> TelemetryFold:
-    return TelemetryFold(Datum(36.57, -84.27), flight_mode)
+    return TelemetryFold(Datum(36.57, -84.27), COPTER.flight_mode)
 
 
 def state_of(fold: TelemetryFold, boot_ms: int) -> VehicleState:

@@ -8,7 +8,7 @@ from types import MappingProxyType
 from typing import Any
 
 from vehicle_agent.domain.frames import Datum, Geodetic, Point, ned_to_enu
-from vehicle_agent.ports import FlightMode, Landed, VehicleState
+from vehicle_agent.ports import FlightMode, Landed, Sounding, VehicleState
 
 ARMED_FLAG = 128
 """MAV_MODE_FLAG_SAFETY_ARMED."""
@@ -17,6 +17,8 @@ PREARM_CHECK = 0x1000_0000
 UNKNOWN_HEADING_CDEG = 65_535
 CLOCK_STEP_MS = 50
 """Differences between Unix time and boot time smaller than this are rounding, not a new clock."""
+DOWNWARDS = 25
+"""MAV_SENSOR_ROTATION_PITCH_270: straight down through the keel."""
 REBOOT_MS = 1_000
 """A boot time that falls back by more than this is another boot, not reordering."""
 
@@ -33,6 +35,7 @@ FOLDED_MESSAGES = (
     "SYS_STATUS",
     "BATTERY_STATUS",
     "HOME_POSITION",
+    "DISTANCE_SENSOR",
 )
 
 Fields = Mapping[str, Any]
@@ -66,6 +69,7 @@ class TelemetryFold:
         self._landed = Landed.UNKNOWN
         self._battery_fraction: float | None = None
         self._prearm_passed = False
+        self._sounding: Sounding | None = None
         self._has_battery_status = False
 
     def fold(self, name: str, fields: Fields) -> VehicleState | None:
@@ -85,9 +89,20 @@ class TelemetryFold:
                 self._set_battery(fields["battery_remaining"])
             case "HOME_POSITION":
                 self.home_enu_m = self._enu(fields["latitude"], fields["longitude"], fields["altitude"])
+            case "DISTANCE_SENSOR" if fields["orientation"] == DOWNWARDS:
+                self._fold_sounding(fields)
             case "GLOBAL_POSITION_INT":
                 return self._state(fields)
         return None
+
+    def _fold_sounding(self, fields: Fields) -> None:
+        """Take a distance in; one at or beyond the sensor's limits measures nothing."""
+        if self._unix_minus_boot_ms is None:
+            return
+        within = fields["min_distance"] <= fields["current_distance"] <= fields["max_distance"]
+        self._sounding = Sounding(
+            fields["time_boot_ms"] + self._unix_minus_boot_ms, fields["current_distance"] * 0.01 if within else None
+        )
 
     def _fold_health(self, fields: Fields) -> None:
         wanted = fields["onboard_control_sensors_present"] & fields["onboard_control_sensors_enabled"]
@@ -128,6 +143,7 @@ class TelemetryFold:
             ready_to_arm=self._prearm_passed and self.home_enu_m is not None,
             home_enu_m=self.home_enu_m,
             rival_controller=self.rival_controller,
+            sounding=self._sounding,
         )
 
     def _enu(self, latitude_e7: int, longitude_e7: int, altitude_mm: int) -> Point:

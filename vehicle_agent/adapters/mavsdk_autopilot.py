@@ -47,6 +47,7 @@ STREAMS: Mapping[str, tuple[int, float]] = MappingProxyType(
     }
 )
 """Message id and rate in Hz of vehicle time of what is asked to be streamed."""
+DISTANCE_SENSOR_ID = 132
 HOME_POSITION_ID = 242
 STREAM_SILENCE_S = 2.0
 """A stream silent for this long (wall time) is asked for again, as often."""
@@ -72,6 +73,10 @@ class MavsdkAutopilot:
         The MAVLink system id with which this agent speaks.
     datum
         Origin of the frame of all positions in and out.
+    firmware
+        Which ArduPilot it is to be.
+    sounding_period_s
+        Vehicle time between two readings of the autopilot's downward beam; None when it is not asked for any.
     wake
         Called, on MAVSDK's thread, when there is a new position to poll.
     clock
@@ -90,6 +95,8 @@ class MavsdkAutopilot:
         controller_id: int,
         datum: Datum,
         *,
+        firmware: ardupilot.Firmware = ardupilot.COPTER,
+        sounding_period_s: float | None = None,
         wake: Callable[[], None] = lambda: None,
         clock: Callable[[], float] = time.monotonic,
         connect_timeout_s: float = CONNECT_TIMEOUT_S,
@@ -106,9 +113,12 @@ class MavsdkAutopilot:
         self._heard_system_ids: set[int] = set()
         self._direct: MavlinkDirect | None = None
         self._system: System | None = None
-        self._telemetry = TelemetryFold(datum, ardupilot.flight_mode)
+        self._streams = dict(STREAMS)
+        if sounding_period_s is not None:
+            self._streams["DISTANCE_SENSOR"] = (DISTANCE_SENSOR_ID, 1.0 / sounding_period_s)
+        self._telemetry = TelemetryFold(datum, firmware.flight_mode)
         self._texts = StatusTexts()
-        self._desk = OrderDesk(lambda order: ardupilot.steps_of(order, datum), self._send_request)
+        self._desk = OrderDesk(lambda order: ardupilot.steps_of(order, datum, firmware), self._send_request)
         self._heard_s: dict[str, float] = {}
         self._asked_s: dict[str, float] = {}
         self._was_armed = False
@@ -209,7 +219,7 @@ class MavsdkAutopilot:
             self._wake()
 
     def _ask_for_streams(self, now_s: float, state: VehicleState | None) -> None:
-        for name, (message_id, rate_hz) in STREAMS.items():
+        for name, (message_id, rate_hz) in self._streams.items():
             if self._is_due(name, now_s):
                 interval_us = 1e6 / rate_hz
                 self._send_request(

@@ -8,17 +8,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from vehicle_agent.behaviour.authority import Authority, Steering
+from vehicle_agent.behaviour.body import body_of
 from vehicle_agent.behaviour.energy import EnergyWatch
 from vehicle_agent.behaviour.goal_claim import GoalClaim
 from vehicle_agent.behaviour.knowledge import Knowledge
 from vehicle_agent.behaviour.navigator import Arrived, Navigator, Surroundings
 from vehicle_agent.behaviour.order_book import OrderBook
-from vehicle_agent.behaviour.preflight import (
-    Checklist,
-    parameters_before_arming,
-    return_altitude,
-    take_off_height_m,
-)
+from vehicle_agent.behaviour.preflight import Checklist, return_altitude
 from vehicle_agent.behaviour.return_height import ReturnHeight
 from vehicle_agent.behaviour.rhythm import Rhythm
 from vehicle_agent.behaviour.standing_orders import StandingOrders
@@ -34,19 +30,16 @@ from vehicle_agent.ports import (
     FlightMode,
     GoTo,
     Hold,
-    Land,
-    Landed,
     SetSpeed,
-    TakeOff,
     VehicleState,
 )
 from vehicle_agent.wire.messages import Command, Orders, Severity, Stage, Verb
 
 if TYPE_CHECKING:  # a town's kernels load only where there is a town
+    from vehicle_agent.behaviour.depth_navigator import DepthNavigator
     from vehicle_agent.behaviour.town_navigator import TownNavigator
 
 TAKE_OFF_ATTEMPTS = 3
-LEFT_GROUND_M = 1.0
 FLYING = (Stage.WORKING, Stage.HOLDING, Stage.RETURNING)
 OWN_MODES = {
     Stage.TAKING_OFF: frozenset({FlightMode.GUIDED}),
@@ -78,17 +71,18 @@ class Flight:
         self,
         plan: MissionPlan,
         index: int,
-        navigator: Navigator | TownNavigator,
+        navigator: Navigator | TownNavigator | DepthNavigator,
         knowledge: Knowledge,
         voice: Voice,
         orders: OrderBook,
         status_rhythm: Rhythm,
     ) -> None:
         self._plan, self._index, self._vehicle = plan, index, plan.mission.vehicles[index]
+        self._body = body_of(plan, index)
         self._knowledge, self._voice, self._orders, self._status_rhythm = knowledge, voice, orders, status_rhythm
         self._claim = GoalClaim(voice)
         self._energy = EnergyWatch(plan.mission.stop.battery_reserve)
-        self._checklist = Checklist(parameters_before_arming(plan, index))
+        self._checklist = Checklist(self._body.parameters())
         self._authority = Authority()
         self._errand: Command | None = None
         self._now_s = 0.0
@@ -97,8 +91,6 @@ class Flight:
         self._left_ground = False
         self._landing_begun = False
         self._handed_back_stage = Stage.WORKING
-        voxels = plan.voxel_grid
-        self._take_off_slack_m = 0.05 * self.take_off_height_m if voxels is None else 0.4 * voxels.voxel_m
         self.navigator = navigator
         self.standing = StandingOrders(plan, index)
         self.return_height = ReturnHeight(plan, index)
@@ -138,14 +130,14 @@ class Flight:
                 f"another program speaks on this vehicle with system id {own_id}: stop it, or its heartbeats hide "
                 "this agent's death from the autopilot"
             )
-        elif state.armed and state.landed is not Landed.ON_GROUND:
+        elif state.armed and not self._body.rests(state):
             self._resume_in_the_air(state)
         elif state.home_enu_m is not None or state.ready_to_arm:
             self._enter(Stage.CONFIGURING, "connected", "autopilot found")
 
     def _resume_in_the_air(self, state: VehicleState) -> None:
         """Carry on where an earlier run of this agent flew; leave the vehicle to whoever steers it by now."""
-        if state.home_enu_m is None or state.landed is Landed.UNKNOWN:
+        if state.home_enu_m is None or self._body.is_unsure(state):
             return
         self._took_off_at_s = self._now_s
         if state.mode is FlightMode.GUIDED:
@@ -165,7 +157,7 @@ class Flight:
         if state.rival_controller:
             self.stage = Stage.CONNECTING
             self._connect(state)
-        elif state.armed and state.landed is not Landed.ON_GROUND and state.mode is not FlightMode.GUIDED:
+        elif state.armed and not self._body.rests(state) and state.mode is not FlightMode.GUIDED:
             self._yield(state)
         elif state.home_enu_m is None:
             return
@@ -180,15 +172,14 @@ class Flight:
     def _take_off(self, state: VehicleState, steers: bool) -> None:
         if state.home_enu_m is None:
             return
-        climbed_m = state.position_enu_m[2] - state.home_enu_m[2]
-        self._left_ground |= climbed_m > LEFT_GROUND_M
+        self._left_ground |= self._body.has_set_out(state, state.home_enu_m)
         if not state.armed:
             self._disarmed_in_take_off()
-        elif climbed_m >= self.take_off_height_m - self._take_off_slack_m:
+        elif self._body.is_under_way(state, state.home_enu_m):
             self._took_off_at_s = self._now_s
-            self._enter(Stage.WORKING, "took-off", f"airborne at {climbed_m:.0f} m above home")
+            self._enter(Stage.WORKING, *self._body.word(state.position_enu_m[2] - state.home_enu_m[2]))
         elif steers and not self._left_ground:
-            self._orders.retry(TakeOff(self.take_off_height_m), self._now_s)
+            self._orders.retry(self._body.set_out(state.home_enu_m), self._now_s)
 
     def _disarmed_in_take_off(self) -> None:
         """Try again only what never began: who has stopped the motors twice, or in the air, means it."""
@@ -201,7 +192,7 @@ class Flight:
 
     @property
     def take_off_height_m(self) -> float:
-        return take_off_height_m(self._plan, self._index)
+        return self._body.set_out_height_m()
 
     def _work(self, state: VehicleState) -> None:
         reason = self._reason_to_return(state)
@@ -271,10 +262,10 @@ class Flight:
         if not state.armed:
             self.navigator.forget("on the ground, disarmed")
             self._enter(Stage.DONE, "landed", "landed and disarmed")
-        elif state.mode is FlightMode.LAND:
-            self._landing_begun = True
-        elif not self._landing_begun:
-            self._orders.retry(Land(), self._now_s)
+            return
+        self._landing_begun |= state.mode is FlightMode.LAND
+        if (order := self._body.end_order(state, self._landing_begun)) is not None:
+            self._orders.retry(order, self._now_s)
 
     def _steering(self, state: VehicleState) -> Steering:
         """Give way to a pilot or a failsafe; take up the work again when the vehicle is handed back."""
@@ -303,7 +294,7 @@ class Flight:
         self._enter(Stage.YIELDED, "yielded", self.navigator.why, Severity.WARNING)
 
     def _take_back(self, state: VehicleState) -> None:
-        if state.landed is Landed.ON_GROUND:
+        if self._body.rests(state):
             self._enter(Stage.ARMING, "handed-back", "guided again, on the ground")
         elif self._handed_back_stage is Stage.RETURNING:
             self._enter(Stage.RETURNING, "handed-back", "guided again: on the way home")
@@ -384,7 +375,7 @@ class Flight:
         """Keep the failsafe's way home above all known ground; in a resumed flight, set what was to be set before."""
         if (order := self._checklist.next_order()) is not None:
             self._checklist.submitted(self._orders.give(order))
-        if state.home_enu_m is not None:
+        if state.home_enu_m is not None and self._body.keeps_return_height:
             height_m = self.return_height.due_m(self._now_s, self._knowledge.shared, state.home_enu_m[2])
             if height_m is not None:
                 self.return_height.asked(self._orders.give(return_altitude(height_m)), height_m)

@@ -11,7 +11,7 @@ from vehicle_agent.behaviour.navigator import Navigator
 from vehicle_agent.behaviour.shared_map import SharedMap
 from vehicle_agent.domain.frames import Point
 from vehicle_agent.mission.load import MissionPlan
-from vehicle_agent.mission.model import CoverTask
+from vehicle_agent.mission.model import CoverTask, MapTask
 from vehicle_agent.planning.choose import make_task_planner
 from vehicle_agent.planning.spread_first import spread_team
 
@@ -22,6 +22,10 @@ if TYPE_CHECKING:
 def make_shared_map(plan: MissionPlan, index: int) -> SharedMap:
     """An empty map of the kind that a mission needs, for one vehicle."""
     voxels = plan.voxel_grid
+    if isinstance(plan.mission.task, MapTask):
+        from vehicle_agent.behaviour.landmark_share import LandmarkShare
+
+        return LandmarkShare(plan, index)
     if voxels is None:
         return ElevationShare(plan.grid, index)
     from vehicle_agent.behaviour.voxel_share import VoxelShare  # its kernels load only where there is a town
@@ -52,6 +56,7 @@ def outfit(plan: MissionPlan, index: int, rng: np.random.Generator) -> tuple[Sha
     shared = make_shared_map(plan, index)
     if isinstance(shared, ElevationShare):
         mission, vehicle = plan.mission, plan.mission.vehicles[index]
+        assert not isinstance(mission.task, MapTask)
         start_en_m = (vehicle.start_enu_m[0], vehicle.start_enu_m[1])
         planner = make_task_planner(
             mission.task,

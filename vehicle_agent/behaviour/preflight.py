@@ -50,6 +50,20 @@ def parameters_before_arming(plan: MissionPlan, index: int) -> tuple[SetParamete
     )
 
 
+def submarine_parameters_before_arming(plan: MissionPlan, index: int) -> tuple[SetParameter, ...]:
+    """ArduSub's names: it surfaces when its agent falls silent, when water comes in or when the battery is empty."""
+    vehicle = plan.mission.vehicles[index]
+    return (
+        SetParameter("SYSID_MYGCS", float(plan.controller_system_id(index))),
+        SetParameter("FS_GCS_ENABLE", 4.0),
+        SetParameter("FS_GCS_TIMEOUT", 5.0),
+        SetParameter("FS_LEAK_ENABLE", 2.0),
+        SetParameter("WPNAV_SPEED", vehicle.speed_m_s * 100.0),
+        SetParameter("WPNAV_SPEED_UP", vehicle.climb_m_s * 100.0),
+        SetParameter("WPNAV_SPEED_DN", vehicle.climb_m_s * 100.0),
+    )
+
+
 def return_altitude(height_m: float) -> SetParameter:
     return SetParameter("RTL_ALT", float(round(height_m * 100.0)))
 

@@ -13,6 +13,7 @@ from vehicle_agent.ports import VehicleState
 from vehicle_agent.wire.messages import Stage
 
 if TYPE_CHECKING:
+    from vehicle_agent.behaviour.depth_navigator import DepthNavigator
     from vehicle_agent.behaviour.town_navigator import TownNavigator
 
 MAX_COUNT = 2**32 - 1
@@ -34,7 +35,7 @@ class Figures:
 def status_fields(
     stage: Stage,
     state: VehicleState,
-    navigator: Navigator | TownNavigator,
+    navigator: Navigator | TownNavigator | DepthNavigator,
     home_enu_m: Point,
     take_off_height_m: float,
     return_height_m: float,
@@ -70,7 +71,11 @@ def status_fields(
 
 
 def _reserved_end(
-    stage: Stage, state: VehicleState, navigator: Navigator | TownNavigator, home_enu_m: Point, take_off_height_m: float
+    stage: Stage,
+    state: VehicleState,
+    navigator: Navigator | TownNavigator | DepthNavigator,
+    home_enu_m: Point,
+    take_off_height_m: float,
 ) -> Point:
     """End of the leg that teammates should keep clear of; without a leg, where the vehicle would come to rest."""
     east_m, north_m, up_m = state.position_enu_m

@@ -53,6 +53,11 @@ class TeamPicture:
         known.status, known.heard_at_s, known.lost = status, now_s, False
         return was_lost
 
+    def hear_of(self, name: str, now_s: float) -> None:
+        """A teammate of which a status is known has been heard otherwise: it is still there."""
+        if (known := self._heard.get(name)) is not None:
+            known.heard_at_s = now_s
+
     def hear_claim(self, claim: Claim) -> None:
         known = self._heard.get(claim.sender)
         if known is None:

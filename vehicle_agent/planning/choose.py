@@ -6,7 +6,7 @@ import numpy as np
 
 from vehicle_agent.domain.frames import Point
 from vehicle_agent.domain.grid import Grid
-from vehicle_agent.mission.model import CoverTask, PlannerName, Task
+from vehicle_agent.mission.model import CoverTask, ExploreTask, PlannerName
 from vehicle_agent.planning.baselines.closest_frontier import ClosestFrontier
 from vehicle_agent.planning.baselines.greedy import Greedy
 from vehicle_agent.planning.cao import CaoParams
@@ -21,7 +21,7 @@ from vehicle_agent.planning.tour_explorer import TourExplorer
 
 
 def make_task_planner(
-    task: Task,
+    task: ExploreTask | CoverTask,
     enough: float,
     grid: Grid,
     range_m: float,
@@ -40,7 +40,7 @@ def make_task_planner(
     first_place_enu_m
         Where the vehicle begins to cover; None for where it is then.
     """
-    if not isinstance(task, CoverTask):
+    if isinstance(task, ExploreTask):
         return make_planner(task.planner, grid, range_m, task.step_m, home_en_m, rng)
     coverer: Planner
     match task.planner:

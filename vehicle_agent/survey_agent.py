@@ -1,0 +1,129 @@
+"""The agent of a vehicle that maps landmarks: hears its echo sounder, and shares what it learned over a thin link."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from vehicle_agent.agent import VehicleAgent
+from vehicle_agent.behaviour.depth_navigator import DepthNavigator
+from vehicle_agent.behaviour.drift import Drift
+from vehicle_agent.behaviour.landmark_share import LandmarkShare
+from vehicle_agent.behaviour.landmark_talk import HEADER_BYTES, LandmarkTalk
+from vehicle_agent.behaviour.map_exchange import encode_record
+from vehicle_agent.behaviour.modem import Modem
+from vehicle_agent.behaviour.rhythm import Rhythm
+from vehicle_agent.behaviour.shared_map import SharedMap
+from vehicle_agent.mission.load import MissionPlan
+from vehicle_agent.mission.model import MapTask, SingleBeamSensor
+from vehicle_agent.planning.mapping.choose import make_mapping_planner
+from vehicle_agent.ports import Inbox, Outbox, VehicleState
+from vehicle_agent.wire.keys import TOPIC_BY_NAME
+from vehicle_agent.wire.messages import AnyMessage, LandmarkDigest, Landmarks, Stage
+
+OPEN_WATER_PACKET_BYTES, OPEN_WATER_PERIOD_S = 1_000, 2.0
+"""Of a radio that is no modem."""
+PACKETS_PER_STATUS = 3
+SOUNDING_STAGES = (Stage.WORKING, Stage.HOLDING, Stage.RETURNING)
+SAME_READING = 0.6
+"""A reading that comes sooner than this share of the sensor's period is the last one, told again."""
+
+
+class SurveyAgent(VehicleAgent):
+    """Decides for one vehicle of a team that maps; parameters as of `VehicleAgent`."""
+
+    def __init__(
+        self,
+        plan: MissionPlan,
+        index: int,
+        boot_id: int,
+        rng: np.random.Generator,
+        journal_records: Iterable[bytes] = (),
+    ) -> None:
+        radio, sensor = plan.mission.radio, plan.mission.vehicles[index].sensor
+        assert isinstance(sensor, SingleBeamSensor)
+        self._modem = (
+            Modem(OPEN_WATER_PACKET_BYTES, OPEN_WATER_PERIOD_S)
+            if radio.packet_bytes is None
+            else Modem(radio.packet_bytes, radio.packet_period_s)
+        )
+        self._packets = 0
+        self._checksum_rhythm = Rhythm(TOPIC_BY_NAME["landmark-digest"].period_s or 60.0)
+        self._next_reading_ms = 0
+        self._between_readings_ms = 1000.0 * sensor.period_s * SAME_READING
+        super().__init__(plan, index, boot_id, rng, journal_records)
+
+    @property
+    def refused(self) -> int:
+        """Records, packets and messages that were heard and dropped."""
+        return sum(self._talk.refused.values()) + sum(self._share.refused.values()) + self._modem.dropped
+
+    def step(self, now_s: float, inbox: Inbox) -> Outbox:
+        if inbox.state is not None:
+            self._drift.watch(max(self._now_s, now_s), inbox.state)
+            self._sound(inbox.state)
+        self.messages_dropped += self.refused
+        outbox = super().step(now_s, inbox)
+        self._modem.put(outbox.messages)
+        if self._modem.is_open(self._now_s) and self._state is not None:
+            self._fill_packet(self._state)
+        return Outbox(outbox.journal, outbox.actions, self._modem.take(self._now_s))
+
+    def _outfit(self, plan: MissionPlan, index: int, rng: np.random.Generator) -> tuple[SharedMap, DepthNavigator]:
+        mission, vehicle = plan.mission, plan.mission.vehicles[index]
+        assert isinstance(mission.task, MapTask)
+        self._share = LandmarkShare(plan, index)
+        self._talk = LandmarkTalk(
+            self._share, plan.vehicle_names, index, mission.task.capacity, self._modem.packet_bytes
+        )
+        depth_m = vehicle.depth_m or 0.0
+        self._drift = Drift(
+            mission.simulation.water_level_m, 2.0 * depth_m / vehicle.climb_m_s, mission.task.accurate_sd_m
+        )
+        planner = make_mapping_planner(plan, index)
+        return self._share, DepthNavigator(plan, index, planner, self._share, self._talk, self._drift)
+
+    def _sound(self, state: VehicleState) -> None:
+        """Fold a new reading of the echo sounder in, taken under way."""
+        sounding = state.sounding
+        if sounding is None or sounding.range_m is None or self.stage not in SOUNDING_STAGES:
+            return
+        if sounding.stamp_ms < self._next_reading_ms:
+            return
+        self._next_reading_ms = round(sounding.stamp_ms + self._between_readings_ms)
+        here, sealed = self._share.sound(state.position_enu_m, sounding.range_m, self._drift.unfixed_s)
+        if len(here):
+            self._talk.sounded(here, sealed)
+
+    def _hear(self, message: AnyMessage) -> None:
+        if message.sender == self.name:
+            return
+        match message:
+            case Landmarks():
+                self._talk.hear(message, self._now_s)
+                self._knowledge.team.hear_of(message.sender, self._now_s)
+            case LandmarkDigest():
+                self._talk.hear_digest(message)
+            case _:
+                super()._hear(message)
+
+    def _report(self) -> list[bytes]:
+        """Keep what was measured in the journal; what is said waits for the modem."""
+        if self._map_rhythm.is_due(self._now_s) and (record := self._knowledge.exchange.next_record()) is not None:
+            return [encode_record(record)]
+        return []
+
+    def _fill_packet(self, state: VehicleState) -> None:
+        """Say what the next packet has room for: in turn the landmarks and the status, checksums now and then."""
+        if self._modem.room_bytes() < HEADER_BYTES + 2 * len(self.name):
+            return
+        self._packets += 1
+        if self._packets % PACKETS_PER_STATUS == 1:
+            self._say_status(state)
+        else:
+            fields = self._talk.fields(state.position_enu_m, self._drift.position_sd_m)
+            self._voice.say(Landmarks, **fields)
+        if self._checksum_rhythm.is_due(self._now_s):
+            self._voice.say(LandmarkDigest, checksums=self._talk.digest())
+        self._modem.put(self._voice.take())
