@@ -21,7 +21,7 @@ from missions.yardstick import merged, observable, share_seen
 from sim_bridge.fleet import Fleet
 from sim_bridge.radio import Radio, RadioParams
 from sim_bridge.world import World
-from vehicle_agent.agent import VehicleAgent
+from vehicle_agent.crew import make_agent
 from vehicle_agent.domain.frames import FloatArray, Point
 from vehicle_agent.domain.team_map import TeamMap
 from vehicle_agent.mission.load import MissionPlan
@@ -158,7 +158,7 @@ def simulate(
     fleet = Fleet(plan, world)
     reachable = observable(plan, world)
     seeds = [np.random.SeedSequence(mission.seed, spawn_key=(index,)) for index in range(len(mission.vehicles))]
-    agents = [VehicleAgent(plan, i, boot_id=1 + i, rng=np.random.default_rng(seed)) for i, seed in enumerate(seeds)]
+    agents = [make_agent(plan, i, boot_id=1 + i, rng=np.random.default_rng(seed)) for i, seed in enumerate(seeds)]
     links = [LockstepVehicle(plan, index, fleet) for index in range(len(agents))]
     radio_rng = np.random.default_rng(np.random.SeedSequence(mission.seed, spawn_key=(2_000,)))
     radio = Radio(

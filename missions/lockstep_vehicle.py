@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+from sim_bridge.beam import Beam
 from sim_bridge.fleet import Fleet
 from sim_bridge.modes import Behaviour, LandedState
 from sim_bridge.reply import Reply, VehicleSnapshot
@@ -24,6 +27,7 @@ from vehicle_agent.ports import (
     SensorScan,
     SetParameter,
     SetSpeed,
+    Sounding,
     TakeOff,
     VehicleState,
 )
@@ -35,6 +39,7 @@ _MODES = {
     Behaviour.BRAKE: FlightMode.HOLD,
     Behaviour.RETURN: FlightMode.RETURN,
     Behaviour.LAND: FlightMode.LAND,
+    Behaviour.SURFACE: FlightMode.LAND,
     Behaviour.AUTO: FlightMode.MISSION,
 }
 _LANDED = {
@@ -61,6 +66,7 @@ class LockstepVehicle:
         self._scan_period_s = plan.mission.vehicles[index].sensor.period_s
         self._scan_due_s = 0.0
         self._heartbeat_due_s = 0.0
+        self._sounding: Sounding | None = None
 
     @property
     def _vehicle(self) -> Vehicle:
@@ -74,9 +80,12 @@ class LockstepVehicle:
             self._vehicle.heard_controller(self._controller_id)
         if snapshot.armed and snapshot.time_s >= self._scan_due_s:
             self._scan_due_s = snapshot.time_s + self._scan_period_s - 1e-6
-            self.inbox.scans.append(SensorScan(self._fleet.scan(self._index)))
+            if self._vehicle.beam is None:
+                self.inbox.scans.append(SensorScan(self._fleet.scan(self._index)))
+            else:
+                self._sounding = _sounding(snapshot.stamp_ms, self._vehicle.beam)
         inbox, self.inbox = self.inbox, Inbox()
-        inbox.state = vehicle_state(snapshot)
+        inbox.state = replace(vehicle_state(snapshot), sounding=self._sounding)
         inbox.texts = [AutopilotText(text.severity, text.text) for text in self._vehicle.drain_texts()]
         return (snapshot.stamp_ms / 1000.0, inbox)
 
@@ -103,6 +112,13 @@ def vehicle_state(snapshot: VehicleSnapshot) -> VehicleState:
     )
 
 
+def _sounding(stamp_ms: int, beam: Beam) -> Sounding:
+    """A beam's last reading; one beyond its limits measures nothing."""
+    reading_m, sensor = beam.reading_m, beam.sensor
+    within = reading_m is not None and sensor.min_range_m <= reading_m <= sensor.range_m
+    return Sounding(stamp_ms, reading_m if within else None)
+
+
 def _order(vehicle: Vehicle, order: Order) -> Reply:
     match order:
         case SetParameter(name, value):
@@ -122,4 +138,5 @@ def _order(vehicle: Vehicle, order: Order) -> Reply:
         case ReturnHome():
             return vehicle.return_home()
         case Land():
-            return vehicle.land()
+            surfaces = Behaviour.LAND not in vehicle.personality.mode_of
+            return vehicle.enter(Behaviour.SURFACE) if surfaces else vehicle.land()

@@ -12,6 +12,7 @@ from vehicle_agent.domain.elevation import ElevationMap
 from vehicle_agent.domain.polygon import BoolArray
 from vehicle_agent.domain.team_map import TeamMap
 from vehicle_agent.mission.load import MissionPlan
+from vehicle_agent.mission.model import MapTask
 
 if TYPE_CHECKING:
     from sim_bridge.world import World
@@ -36,6 +37,11 @@ def map_of_arrays(plan: MissionPlan, arrays: Mapping[str, npt.NDArray[Any]]) -> 
         from vehicle_agent.domain.voxels import VoxelMap
 
         return VoxelMap.of_arrays(voxels, arrays)
+    if isinstance(plan.mission.task, MapTask):
+        from vehicle_agent.behaviour.landmark_share import landmark_params
+        from vehicle_agent.domain.landmark_atlas import LandmarkAtlas
+
+        return LandmarkAtlas.of_arrays(plan.grid, landmark_params(plan), len(plan.mission.vehicles), arrays)
     return ElevationMap.of_arrays(plan.grid, arrays)
 
 

@@ -15,16 +15,18 @@ import click
 import msgspec
 import numpy as np
 
+from vehicle_agent.adapters.ardupilot import COPTER, FIRMWARES
 from vehicle_agent.adapters.file_journal import FileJournal, JournalError, JournalHeader
 from vehicle_agent.adapters.mavsdk_autopilot import AutopilotError, MavsdkAutopilot
 from vehicle_agent.adapters.zenoh_payload import ZenohPayload, unpacker
 from vehicle_agent.adapters.zenoh_team import ZenohTeam
-from vehicle_agent.agent import VehicleAgent
+from vehicle_agent.crew import make_agent
+from vehicle_agent.crew import warm_up as warm_up_for
 from vehicle_agent.domain.kernels import warm_up
 from vehicle_agent.link.session import FleetLink, LinkError
 from vehicle_agent.link.tls import TlsFiles
 from vehicle_agent.mission.load import MissionError, MissionPlan, check_task, load_mission
-from vehicle_agent.mission.model import Mission
+from vehicle_agent.mission.model import Mission, SingleBeamSensor
 from vehicle_agent.runtime import Runtime, VehicleClock
 from vehicle_agent.wire.messages import Stage
 
@@ -74,7 +76,8 @@ def main(
         plan = load_mission(mission, change)
         check_task(plan)
         index = plan.index_of(vehicle)
-        _warm_up(plan)
+        warm_up()
+        warm_up_for(plan)
         asyncio.run(_fly(plan, index, run_dir / vehicle, connection or plan.connection(index), exit_when_done))
     except (MissionError, LinkError, JournalError, AutopilotError) as error:
         click.echo(str(error), err=True)
@@ -82,14 +85,6 @@ def main(
     except OSError as error:
         click.echo(f"{error.filename or run_dir}: {error.strerror}; correct --run-dir", err=True)
         sys.exit(2)
-
-
-def _warm_up(plan: MissionPlan) -> None:
-    warm_up()
-    if plan.voxel_grid is not None:
-        from vehicle_agent.domain import town_kernels
-
-        town_kernels.warm_up()
 
 
 async def _fly(plan: MissionPlan, index: int, folder: Path, connection: str, exit_when_done: bool) -> None:
@@ -104,7 +99,7 @@ async def _fly(plan: MissionPlan, index: int, folder: Path, connection: str, exi
         opened.callback(journal.close)
         rng = np.random.default_rng(np.random.SeedSequence(plan.mission.seed, spawn_key=(index,)))
         boot_id = int.from_bytes(os.urandom(4), "little")
-        agent = VehicleAgent(plan, index, boot_id, rng, journal.records())
+        agent = make_agent(plan, index, boot_id, rng, journal.records())
         clock = VehicleClock()
         link = FleetLink.open(
             plan.mission.name,
@@ -124,6 +119,8 @@ async def _fly(plan: MissionPlan, index: int, folder: Path, connection: str, exi
             plan.system_id(index),
             plan.controller_system_id(index),
             plan.datum,
+            firmware=FIRMWARES.get(plan.mission.vehicles[index].type, COPTER),
+            sounding_period_s=_sounding_period_s(plan, index),
             wake=_waker(loop, news),
         )
         opened.callback(autopilot.close)
@@ -135,6 +132,11 @@ async def _fly(plan: MissionPlan, index: int, folder: Path, connection: str, exi
         await runtime.run(stop, news, exit_when_done)
     if exit_when_done and agent.stage is Stage.REFUSED:
         raise AutopilotError(f"{name}: refused to fly; its last event in the log says why and what to mend")
+
+
+def _sounding_period_s(plan: MissionPlan, index: int) -> float | None:
+    sensor = plan.mission.vehicles[index].sensor
+    return sensor.period_s if isinstance(sensor, SingleBeamSensor) else None
 
 
 def _waker(loop: asyncio.AbstractEventLoop, news: asyncio.Event) -> Callable[[], None]:

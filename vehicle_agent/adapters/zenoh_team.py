@@ -5,7 +5,7 @@ from __future__ import annotations
 from vehicle_agent.link.session import FleetLink
 from vehicle_agent.wire.messages import AnyMessage
 
-HEARD_TOPICS = ("status", "map", "claim", "command", "digest", "repair")
+HEARD_TOPICS = ("status", "map", "claim", "command", "digest", "repair", "landmarks", "landmark-digest")
 """What an agent listens to; events and results are for stations, and a vehicle's radio is spared them."""
 
 
