@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from mavsdk.asyncio import Configuration, Mavsdk, System
+from mavsdk.asyncio.plugins.param import ParamAsync as Param
 from mavsdk.asyncio.plugins.telemetry import TelemetryAsync as Telemetry
 
 DEADLINE_S = 40.0
@@ -74,18 +75,16 @@ class Drive:
         return result
 
 
-@contextmanager
-def simulated(
+def write_mission(
     folder: Path,
-    port_base: int,
     *team: tuple[str, str, str],
     ground_m: float = -30.0,
     speedup: float = 8.0,
     extra: str = "",
     size_m: float = 1000.0,
     scan_period_s: float = 3600.0,
-) -> Iterator[Drive]:
-    """Run a team of (name, type, autopilot); `extra` ends the mission file, inside [simulation]."""
+) -> Path:
+    """A mission file for a team of (name, type, autopilot); `extra` ends it, inside [simulation]."""
     text = HEAD.format(ground_m=ground_m, size_m=size_m)
     for number, (name, kind, autopilot) in enumerate(team):
         text += VEHICLE.format(
@@ -93,6 +92,13 @@ def simulated(
         )
     mission = folder / "mission.toml"
     mission.write_text(text + f"\n[simulation]\nready_after_s = 4.0\nspeedup = {speedup}\n{extra}\n")
+    return mission
+
+
+@contextmanager
+def simulated(folder: Path, port_base: int, *team: tuple[str, str, str], **changes: Any) -> Iterator[Drive]:
+    """Run a team of (name, type, autopilot); `changes` are those of `write_mission`."""
+    mission = write_mission(folder, *team, **changes)
     port = port_base + 100
     options = {"--mavlink-port": port, "--zenoh-port": port_base, "--run-dir": folder, "--tlog-dir": folder}
     arguments = [str(text) for pair in options.items() for text in pair]
@@ -125,6 +131,27 @@ async def first(stream: AsyncIterator[Any], wanted: Callable[[Any], bool] = lamb
             if wanted(item):
                 return item
     raise AssertionError("the stream ended")
+
+
+@asynccontextmanager
+async def meanwhile(stream: AsyncIterator[Any], wanted: Callable[[Any], bool]) -> AsyncIterator[None]:
+    """Listen while the orders of the block are given, and wait after it until something wanted has been heard.
+
+    What passes quickly is then not missed on a machine that is slow to run the next line.
+    """
+    heard = asyncio.create_task(first(stream, wanted))
+    await asyncio.sleep(0)  # lets it subscribe
+    try:
+        yield
+    except BaseException:
+        heard.cancel()
+        raise
+    await heard
+
+
+async def patient(param: Param) -> None:
+    """Keep a copter from disarming between two lines of a test that count as many simulated seconds."""
+    await param.set_param_int("DISARM_DELAY", 120)
 
 
 async def watch(telemetry: Telemetry) -> None:

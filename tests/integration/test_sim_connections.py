@@ -51,17 +51,10 @@ def of_kind(kind: str) -> Callable[[Any], bool]:
     return lambda message: bool(message.get_type() == kind)
 
 
-def free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
-
-
 @pytest.fixture
-async def port() -> AsyncIterator[int]:
+async def port(free_port_base: int) -> AsyncIterator[int]:
     """Port of one vehicle that runs ten times as fast as real ones."""
-    chosen = free_port()
-    plan = sim_plan(simulation={"ready_after_s": 5.0, "mavlink_port": chosen})
+    plan = sim_plan(simulation={"ready_after_s": 300.0, "mavlink_port": free_port_base + 100})
     server = Server(Fleet(plan, World.of(plan)), 10.0)
     stop = asyncio.Event()
     await server.open()

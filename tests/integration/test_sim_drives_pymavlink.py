@@ -115,7 +115,8 @@ def test_a_script_flies_a_copter(tmp_path: Path, free_port_base: int) -> None:
     team = ("merlin", "multicopter", "ardupilot")
     with simulated(tmp_path, free_port_base, team, ground_m=10.0) as drive, script(mavutil_url(drive.url())) as pilot:
         start = pilot.until_armable()
-        pilot.set_parameter("RTL_ALT", 2000)
+        for name, value in (("RTL_ALT", 2000), ("DISARM_DELAY", 120)):
+            pilot.set_parameter(name, value)
         pilot.set_mode("GUIDED")
         pilot.arm()
         assert pilot.command(mavlink.MAV_CMD_NAV_TAKEOFF, 0, 0, 0, 0, 0, 0, 15.0) == mavlink.MAV_RESULT_ACCEPTED
@@ -184,10 +185,10 @@ def test_a_script_dives_and_a_leak_brings_the_vehicle_up(tmp_path: Path, free_po
 
 def test_a_lost_link_comes_back(tmp_path: Path, free_port_base: int) -> None:
     team = ("merlin", "multicopter", "ardupilot")
-    lost = '[[simulation.faults]]\nat_s = 12.0\nvehicle = "merlin"\nfault = "link-loss"\nfor_s = 20.0'
+    lost = '[[simulation.faults]]\nat_s = 50.0\nvehicle = "merlin"\nfault = "link-loss"\nfor_s = 20.0'
     with simulated(tmp_path, free_port_base, team, extra=lost) as drive, script(mavutil_url(drive.url())) as pilot:
-        before = pilot.wait("SYSTEM_TIME", lambda told: told.time_boot_ms > 11_000)
-        after = pilot.wait("SYSTEM_TIME", lambda told: told.time_boot_ms > 13_000)
+        before = pilot.wait("SYSTEM_TIME", lambda told: told.time_boot_ms > 49_000)
+        after = pilot.wait("SYSTEM_TIME", lambda told: told.time_boot_ms > 51_000)
         assert after.time_boot_ms - before.time_boot_ms > 18_000
 
 

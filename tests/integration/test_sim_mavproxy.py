@@ -59,9 +59,9 @@ def test_a_flight_from_the_terminal(tmp_path: Path, free_port_base: int) -> None
             terminal.expect(r"Received \d+ parameters", 60.0)
             terminal.type("status SYS_STATUS")
             terminal.expect("SYS_STATUS")
-            terminal.type("param set RTL_ALT 2500")
-            terminal.type("param show RTL_ALT")
-            terminal.expect(r"RTL_ALT\s+2500")
+            for name, value in (("RTL_ALT", 2500), ("DISARM_DELAY", 120)):
+                terminal.type(f"param set {name} {value}")
+                terminal.ask_until(f"param show {name}", rf"{name}\s+{value}")
             load(terminal, "wp", MISSION, "MISSION", tmp_path)
             terminal.type("wp list")
             terminal.expect(r"Saved 4 waypoints")

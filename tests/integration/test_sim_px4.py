@@ -24,7 +24,9 @@ async def test_px4_from_arming_to_disarming(tmp_path: Path, free_port_base: int)
             assert await param.get_param_int("MAV_SYS_ID") == 1
             await param.set_param_int("COM_OBL_RC_ACT", 3)
             assert await param.get_param_int("COM_OBL_RC_ACT") == 3
-            await param.set_param_float("COM_OF_LOSS_T", 8.0)
+            # As many simulated seconds pass quickly while a busy machine does something else.
+            await param.set_param_float("COM_OF_LOSS_T", 50.0)
+            await param.set_param_float("COM_DISARM_PRFLT", -1.0)
             await action.set_takeoff_altitude(15.0)
             assert await action.get_takeoff_altitude() == pytest.approx(15.0)
             await action.arm()
