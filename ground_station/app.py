@@ -170,7 +170,6 @@ class GroundStationApp(Operations):
             loop.add_signal_handler(number, self.exit)
         self._wear(self.theme_name)
         self.set_interval(LISTEN_PERIOD_S, self._listen)
-        self.set_interval(self._draw_period_s, self._draw_in_turn)
         self.call_after_refresh(self.draw)
         self.call_after_refresh(self._open_link)
 
@@ -188,11 +187,15 @@ class GroundStationApp(Operations):
         station.attach(link)
 
     def _listen(self) -> None:
-        """Take in what arrived; a loss, a find or a proposal is drawn at once, all else waits for the next drawing."""
+        """Take in what arrived; a loss, a find or a proposal is drawn at once, all else when a drawing is due."""
+        if not self.screen_stack:  # the dashboard is being taken down
+            return
         state = self.station.step(self._clock())
         urgent = (state.count(Condition.LOST), self.station.proposal)
         if urgent != (self._lost, self._proposed):
             self._lost, self._proposed = urgent
+            self.draw()
+        elif self._is_drawing_due():
             self.draw()
         if self._exit_when_done and state.finished:
             self._done_at_s = self._done_at_s or state.now_s
@@ -204,13 +207,12 @@ class GroundStationApp(Operations):
             self._pressed_s = asyncio.get_running_loop().time()
         await super().on_event(event)
 
-    def _draw_in_turn(self) -> None:
-        """Draw, unless a key is just being answered; a key that is held down puts a drawing off for one period."""
+    def _is_drawing_due(self) -> bool:
+        """Once per period, but not while a key is being answered; a key that is held down puts it off a little."""
         now_s = asyncio.get_running_loop().time()
-        if now_s - self._pressed_s >= KEY_GRACE_S or now_s - self._drawn_s >= 1.5 * self._draw_period_s:
-            self.draw()
-        else:
-            self.set_timer(KEY_GRACE_S, self._draw_in_turn)
+        passed_s = now_s - self._drawn_s + 0.5 * LISTEN_PERIOD_S
+        answering = now_s - self._pressed_s < KEY_GRACE_S and passed_s < 1.5 * self._draw_period_s
+        return passed_s >= self._draw_period_s and not answering
 
     def draw(self) -> None:
         """Hand the newest picture to the screens that show it."""

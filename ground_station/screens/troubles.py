@@ -74,7 +74,11 @@ class TroublesDialog(Dialog):
         if chosen is None:
             return [head, (), line_of(("esc close", quiet))]
         advice: list[Line] = []
-        for label, text in (("the fleet: ", chosen.fleet_does), ("you can:   ", chosen.operator_can)):
+        for label, text in (
+            ("it is so:  ", chosen.text),
+            ("the fleet: ", chosen.fleet_does),
+            ("you can:   ", chosen.operator_can),
+        ):
             for at, piece in enumerate(wrapped(text, width - len(label))):
                 advice.append(line_of((label if at == 0 else " " * len(label), quiet), piece))
         room = max(1, height - len(advice) - 4)
