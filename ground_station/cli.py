@@ -41,6 +41,7 @@ class Options:
     low_bandwidth: bool
     theme: str
     endpoints: tuple[str, ...]
+    mavlink: tuple[str, ...]
     record: Path | None
 
 
@@ -55,6 +56,8 @@ class Options:
 @click.option("--zenoh-port", type=click.IntRange(1024, 65000), help="Use this radio.zenoh_port instead of the file's.")
 @click.option("--endpoint", "endpoints", multiple=True, metavar="TCP/HOST:PORT",
               help="Connect here instead of to the mission's agents; may be given several times.")  # fmt: skip
+@click.option("--mavlink", multiple=True, metavar="URL",
+              help="Hear the autopilots' own heartbeats too, at udpin://HOST:PORT or tcpout://HOST:PORT.")  # fmt: skip
 @click.option("--record", type=click.Path(path_type=Path, dir_okay=False), help="Keep an MCAP recording in this file.")
 @click.option("--replay", type=click.Path(path_type=Path), metavar="RUN", help="Show a run folder or .mcap file again.")
 @click.option("--speed", type=click.FloatRange(0.1, 100.0), default=1.0, show_default=True, help="Pace of --replay.")
@@ -117,10 +120,11 @@ def _check_size() -> None:
         )
 
 
-def _station(plan: MissionPlan, name: str, record: Path | None) -> Station:
+def _station(plan: MissionPlan, name: str, options: Options) -> Station:
+    from ground_station.mavlink_ears import EarsError, MavlinkEars
     from ground_station.station import Station
 
-    recording = None
+    recording, record = None, options.record
     if record is not None:
         from ground_station.recording import RecordingWriter
 
@@ -128,7 +132,11 @@ def _station(plan: MissionPlan, name: str, record: Path | None) -> Station:
             recording = RecordingWriter(record)
         except OSError as error:
             _refuse(f"{record}: {error.strerror}; choose another file with --record")
-    return Station(plan, name, secrets.randbits(32), time.monotonic(), recording=recording)
+    try:
+        ears = MavlinkEars(options.mavlink) if options.mavlink else None
+    except EarsError as error:
+        _refuse(str(error))
+    return Station(plan, name, secrets.randbits(32), time.monotonic(), recording=recording, ears=ears)
 
 
 def _plain(plan: MissionPlan, options: Options) -> None:
@@ -138,7 +146,7 @@ def _plain(plan: MissionPlan, options: Options) -> None:
 
     _keep_to_ascii(options)
     name = station_name()
-    station = _station(plan, name, options.record)
+    station = _station(plan, name, options)
     try:
         run_plain(
             station,
@@ -161,7 +169,7 @@ def _dashboard(plan: MissionPlan, options: Options) -> None:
     from ground_station.link import open_link, station_name
 
     name = station_name()
-    station = _station(plan, name, options.record)
+    station = _station(plan, name, options)
     app = GroundStationApp(
         station,
         partial(open_link, plan, name, options.endpoints),

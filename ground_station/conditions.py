@@ -21,6 +21,8 @@ STUCK_S = 60.0
 ASTRAY_S = 6.0
 SILENT_AUTOPILOT_S = 3.0
 RIVAL_WINDOW_S = 10.0
+HEARTBEAT_S = 4.0
+"""An autopilot that misses so many of its heartbeats, one a second, is not heard."""
 SKEW_S = 3.0
 DETOUR = 1.5
 """The way home is reckoned longer than the straight line by this factor."""
@@ -33,6 +35,7 @@ class Kind(Enum):
     AGENT_DEAD = "agent dead"
     OUT_OF_REACH = "out of reach"
     DUPLICATE = "two agents"
+    DUPLICATE_ID = "duplicate id"
     AUTOPILOT_SILENT = "autopilot silent"
     LOW_BATTERY = "low battery"
     ASTRAY = "diverging"
@@ -47,6 +50,7 @@ SEVERITIES: Mapping[Kind, Severity] = {
     Kind.AGENT_DEAD: Severity.ERROR,
     Kind.OUT_OF_REACH: Severity.ERROR,
     Kind.DUPLICATE: Severity.ERROR,
+    Kind.DUPLICATE_ID: Severity.ERROR,
     Kind.AUTOPILOT_SILENT: Severity.ERROR,
     Kind.LOW_BATTERY: Severity.WARNING,
     Kind.ASTRAY: Severity.WARNING,
@@ -69,6 +73,10 @@ ADVICE: Mapping[Kind, tuple[str, str]] = {
     Kind.DUPLICATE: (
         "nothing: each of the two believes to lead the vehicle",
         "stop one of the two programs that use this vehicle's name, or give one another name",
+    ),
+    Kind.DUPLICATE_ID: (
+        "an agent that hears both refuses to fly; one in flight cannot tell them apart",
+        "give each autopilot a system id of its own; if it is one vehicle heard by two ways, mute this (m)",
     ),
     Kind.AUTOPILOT_SILENT: (
         "its agent gives no orders; the autopilot, if it lives, is under its own failsafe",
@@ -194,15 +202,31 @@ def _link_findings(vehicle: VehiclePicture, moment: Moment) -> list[Finding]:
     found = []
     if vehicle.condition is Condition.LOST:
         if agent_died(vehicle):
-            found.append(_finding(Kind.AGENT_DEAD, "its agent is gone from the network"))
+            found.append(_finding(Kind.AGENT_DEAD, f"its agent is gone{_of_autopilot(vehicle, moment)}"))
         else:
-            found.append(_finding(Kind.OUT_OF_REACH, "silent for longer than the lease of its link"))
+            silent = f"silent for longer than its link's lease{_of_autopilot(vehicle, moment)}"
+            found.append(_finding(Kind.OUT_OF_REACH, silent))
     elif vehicle.condition is Condition.SUSPECT:
         found.append(_finding(Kind.SUSPECT, "its status is overdue"))
     rivals = [at_s for at_s in vehicle.evidence.rivals_s if moment.now_s - at_s <= RIVAL_WINDOW_S]
     if len(rivals) > 1:
         found.append(_finding(Kind.DUPLICATE, f"two programs speak as {vehicle.name} in turn"))
+    sources = vehicle.autopilot.sources if vehicle.autopilot is not None else ()
+    fresh = sorted(name for name, heard_s in sources if moment.now_s - heard_s <= HEARTBEAT_S)
+    if len(fresh) > 1:
+        found.append(_finding(Kind.DUPLICATE_ID, f"autopilots with its system id speak at {' and '.join(fresh)}"))
     return found
+
+
+def _of_autopilot(vehicle: VehiclePicture, moment: Moment) -> str:
+    """What is known of the autopilot of a vehicle whose agent is not heard: empty where nobody listens to MAVLink."""
+    autopilot = vehicle.autopilot
+    if autopilot is None:
+        return ""
+    if moment.now_s - autopilot.heard_s > HEARTBEAT_S:
+        return ", and its autopilot is not heard either"
+    failsafe = ", under its failsafe" if autopilot.in_failsafe else ""
+    return f", its autopilot lives ({'armed' if autopilot.armed else 'disarmed'}{failsafe})"
 
 
 def _clock_findings(vehicle: VehiclePicture, moment: Moment) -> list[Finding]:

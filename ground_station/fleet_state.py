@@ -17,7 +17,17 @@ from dataclasses import replace
 import msgspec
 
 from ground_station.conditions import astray_limit_m
-from ground_station.inputs import Acknowledged, AliveChanged, CommandSent, FleetInput, Heard, LinkCounted, Muted, Tick
+from ground_station.inputs import (
+    Acknowledged,
+    AliveChanged,
+    AutopilotHeard,
+    CommandSent,
+    FleetInput,
+    Heard,
+    LinkCounted,
+    Muted,
+    Tick,
+)
 from ground_station.ledger import SequenceRanges
 from ground_station.liveliness import next_condition, transition_text
 from ground_station.payload import verb_word
@@ -35,6 +45,7 @@ from ground_station.samples import trail_with, windowed
 from ground_station.text import clean
 from ground_station.town_tops import cells_told
 from ground_station.trouble_log import TroubleLog
+from ground_station.vehicle_picture import AutopilotPicture
 from vehicle_agent.domain.elevation import CellObservations
 from vehicle_agent.wire.messages import (
     AnyMessage,
@@ -111,6 +122,8 @@ class _Draft:
                 self._alive(event)
             case CommandSent():
                 self._sent(event)
+            case AutopilotHeard():
+                self._autopilot(event)
             case LinkCounted():
                 self._counters = replace(
                     self._counters, undecodable=event.undecodable, overflowed=event.overflowed
@@ -294,6 +307,16 @@ class _Draft:
         vehicle = self._vehicles.get(event.participant)
         if vehicle is not None:
             self._put(replace(vehicle, alive=event.alive, alive_changed_s=event.arrival_s))
+
+    def _autopilot(self, event: AutopilotHeard) -> None:
+        for vehicle in self._vehicles.values():
+            if self._state.plan.system_id(vehicle.index) == event.system_id:
+                known = vehicle.autopilot.sources if vehicle.autopilot is not None else ()
+                source = clean(event.source, 48)
+                others = tuple(one for one in known if one[0] != source)[-3:]
+                sources = (*others, (source, event.arrival_s))
+                picture = AutopilotPicture(event.arrival_s, event.armed, event.in_failsafe, sources)
+                self._put(replace(vehicle, autopilot=picture))
 
     def _sent(self, event: CommandSent) -> None:
         self._commands.append(CommandTrack(event.command, event.sent_s))

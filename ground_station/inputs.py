@@ -64,4 +64,15 @@ class Muted:
     muted: bool = True
 
 
-FleetInput = Heard | AliveChanged | CommandSent | LinkCounted | Tick | Acknowledged | Muted
+@dataclass(frozen=True, slots=True)
+class AutopilotHeard:
+    """An autopilot's own heartbeat came in over MAVLink, beside the fleet's link; `source` says from where."""
+
+    system_id: int
+    armed: bool
+    in_failsafe: bool
+    source: str
+    arrival_s: float
+
+
+FleetInput = Heard | AliveChanged | CommandSent | LinkCounted | Tick | Acknowledged | Muted | AutopilotHeard

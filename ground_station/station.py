@@ -16,6 +16,7 @@ from vehicle_agent.mission.load import MissionPlan
 from vehicle_agent.wire.messages import Verb
 
 if TYPE_CHECKING:  # a dashboard that records nothing need not load MCAP
+    from ground_station.mavlink_ears import MavlinkEars
     from ground_station.recording import RecordingWriter
 
 DIGEST_PERIOD_S = 3.0
@@ -33,6 +34,8 @@ class Station:
         Keeps what is heard as JSON lines.
     recording
         Keeps every input of the picture, so that it can be replayed.
+    ears
+        Hear the autopilots themselves.
 
     Attributes
     ----------
@@ -50,6 +53,7 @@ class Station:
         now_s: float,
         recorder: RunRecorder | None = None,
         recording: RecordingWriter | None = None,
+        ears: MavlinkEars | None = None,
     ) -> None:
         self.state = FleetState.initial(plan, name, boot_id, now_s)
         self.proposal: Proposal | None = None
@@ -57,6 +61,7 @@ class Station:
         self._link: StationLink | None = None
         self._recorder = recorder
         self._recording = recording
+        self._ears = ears
         self._digest_due_s = now_s
         self._reached: frozenset[str] = frozenset()
         if recording is not None:
@@ -77,6 +82,7 @@ class Station:
     def step(self, now_s: float) -> FleetState:
         """Fold everything that arrived and say what is due; returns the new picture."""
         inputs: list[FleetInput] = self._link.poll(now_s) if self._link else []
+        inputs += self._ears.poll(now_s) if self._ears else []
         if self._recorder is not None:
             self._recorder.record(event.message for event in inputs if isinstance(event, Heard))
         earlier = self.state
@@ -118,6 +124,8 @@ class Station:
     def close(self) -> None:
         if self._link is not None:
             self._link.close()
+        if self._ears is not None:
+            self._ears.close()
         if self._recorder is not None:
             self._recorder.close()
         if self._recording is not None:

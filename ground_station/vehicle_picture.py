@@ -27,6 +27,26 @@ class Condition(Enum):
 
 
 @dataclass(frozen=True, slots=True)
+class AutopilotPicture:
+    """An autopilot as last heard beside the fleet's link.
+
+    Attributes
+    ----------
+    heard_s
+        Station time of its last heartbeat.
+    armed, in_failsafe
+        As that heartbeat says.
+    sources
+        From where heartbeats with its system id came, each with the station time of the last one; newest last.
+    """
+
+    heard_s: float
+    armed: bool
+    in_failsafe: bool
+    sources: tuple[tuple[str, float], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
 class VehiclePicture:
     """One vehicle as last heard.
 
@@ -54,6 +74,8 @@ class VehiclePicture:
         What its statuses say over time.
     orders
         What stands ordered at it; None when it has not told.
+    autopilot
+        What its autopilot says by itself over MAVLink; None where nobody listens, or it was never heard.
     """
 
     name: str
@@ -70,6 +92,7 @@ class VehiclePicture:
     sent_samples: tuple[tuple[float, int], ...] = ()
     evidence: Evidence = field(default_factory=Evidence)
     orders: Orders | None = None
+    autopilot: AutopilotPicture | None = None
 
     @property
     def position_enu_m(self) -> Point | None:

@@ -9,7 +9,17 @@ from typing import Any
 
 import msgspec
 
-from ground_station.inputs import Acknowledged, AliveChanged, CommandSent, FleetInput, Heard, LinkCounted, Muted, Tick
+from ground_station.inputs import (
+    Acknowledged,
+    AliveChanged,
+    AutopilotHeard,
+    CommandSent,
+    FleetInput,
+    Heard,
+    LinkCounted,
+    Muted,
+    Tick,
+)
 from vehicle_agent.wire.keys import TOPICS, topic_of
 from vehicle_agent.wire.messages import AnyMessage, Command
 
@@ -20,6 +30,7 @@ STATION_TOPICS: dict[str, type[FleetInput]] = {
     "link": LinkCounted,
     "acknowledged": Acknowledged,
     "muted": Muted,
+    "autopilot": AutopilotHeard,
 }
 """Inputs of the station's own, by the last part of their topic."""
 HEARD_S = "station_s"
