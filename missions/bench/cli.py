@@ -115,6 +115,56 @@ def urban(environments: int, vehicles: tuple[int, ...], seed: int, json_file: Pa
     sys.exit(bench_urban(environments, vehicles, seed, json_file))
 
 
+class _Landmarks(click.ParamType[tuple[str, ...]]):
+    """Numbers of landmarks separated by commas."""
+
+    name = "landmarks"
+
+    def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, ...]:
+        wanted = [part.strip() for part in str(value).split(",")]
+        if not all(part in ("1100", "all") for part in wanted):
+            self.fail(f"{value!r} is not 1100, all or both with a comma between", param, ctx)
+        return tuple(dict.fromkeys(wanted))
+
+
+class _SeveralVehicles(_TeamSizes):
+    """Team sizes of at least two: a radio link needs both ends."""
+
+    def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> tuple[int, ...]:
+        sizes = super().convert(value, param, ctx)
+        if min(sizes) < 2:
+            self.fail("a team that must keep its radio link needs at least 2 vehicles", param, ctx)
+        return sizes
+
+
+@bench.command()
+@click.option("--seeds", type=click.IntRange(1, 1000), default=10, show_default=True, help="Runs of each row.")
+@click.option("--vehicles", type=_SeveralVehicles(), default="3,10", show_default=True, help="Team sizes.")
+@click.option("--landmarks", type=_Landmarks(), default="1100,all", show_default=True, help="Lattices.")
+@SEED
+@JSON
+@EXPORT
+def mapping(
+    seeds: int, vehicles: tuple[int, ...], landmarks: tuple[str, ...], seed: int, json_file: Path | None,
+    export: Path | None,
+) -> None:  # fmt: skip
+    """Map two surfaces from noisy ranges over a thin link with every method; tell what remains, errors and bytes."""
+    from missions.bench.mapping import bench_mapping
+
+    sys.exit(bench_mapping(seeds, vehicles, landmarks, seed, json_file, export))
+
+
+@bench.command()
+@click.option("--seeds", type=click.IntRange(1, 1000), default=10, show_default=True, help="Sea floors of each kind.")
+@SEED
+@JSON
+def bathymetry(seeds: int, seed: int, json_file: Path | None) -> None:
+    """Survey sea floors with two vehicles' echo sounders, where it pays and by lines; tell L2 errors of the maps."""
+    from missions.bench.bathymetry import bench_bathymetry
+
+    sys.exit(bench_bathymetry(seeds, seed, json_file))
+
+
 @bench.command()
 @SEED
 @click.option("--frames", type=click.IntRange(1_000), default=5_000_000, show_default=True, help="How many.")

@@ -30,7 +30,7 @@ def surface_at(elevation: FloatArray, x: float, y: float) -> float:
 
 @compiled
 def _is_clear(elevation: FloatArray, u0: float, v0: float, z0: float, u1: float, v1: float, z1: float) -> bool:
-    """Whether the line between two points (in cells) stays above the surface where it crosses the longer axis' lines."""
+    """Whether the line between two points (in cells) stays above the surface where it crosses its lines."""
     columns, rows = elevation.shape
     du, dv, dz = u1 - u0, v1 - v0, z1 - z0
     along = abs(du) >= abs(dv)
@@ -63,10 +63,10 @@ def surface_heights(elevation: FloatArray, places: FloatArray) -> FloatArray:
 
 @compiled
 def look(
-    elevation: FloatArray, shape: IndexArray, heights: FloatArray, eye: FloatArray, reach: float,
+    elevation: FloatArray, shape: IndexArray, heights: FloatArray, eye: FloatArray, reach: float, skip: BoolArray,
     ids: IndexArray, ranges: FloatArray,
 ) -> int:  # fmt: skip
-    """Landmarks that an eye sees (definition 1), in order of their ids; returns how many were written.
+    """Landmarks that an eye sees (definition 1) but those to skip, in order of their ids; how many were written.
 
     Landmarks form a lattice of shape[0] x shape[1] cell centres over [-1, 1] x [-1, 1].
     """
@@ -86,6 +86,8 @@ def look(
     for i in range(low_i, high_i + 1):
         for j in range(low_j, high_j + 1):
             landmark = i * long + j
+            if skip[landmark]:
+                continue
             x, y, z = -1.0 + (i + 0.5) * dx, -1.0 + (j + 0.5) * dy, heights[landmark]
             squared = (x - eye[0]) ** 2 + (y - eye[1]) ** 2 + (z - eye[2]) ** 2
             if squared >= reach * reach:
@@ -121,14 +123,13 @@ def try_out(
     count, vehicles = len(heights), len(positions)
     least = np.full(count, math.inf)
     sealed = np.zeros(count, dtype=np.bool_)
-    ids, ranges = np.empty(count, dtype=np.int64), np.empty(count)
+    ids, ranges = np.empty((vehicles, count), dtype=np.int64), np.empty(count)
+    seen = np.zeros(vehicles, dtype=np.int64)
     fresh = 0
     for j in range(vehicles):
-        seen = look(elevation, shape, heights, positions[j], reach, ids, ranges)
-        for k in range(seen):
-            landmark = ids[k]
-            if done[landmark]:
-                continue
+        seen[j] = look(elevation, shape, heights, positions[j], reach, done, ids[j], ranges)
+        for k in range(seen[j]):
+            landmark = ids[j, k]
             drop = max(positions[j, 2] - heights[landmark], 0.0)
             gain = min((precision * drop / (ranges[k] * ranges[k])) ** 2, best)
             if not sealed[landmark] and information[j, landmark] + gain >= 1.0:
@@ -136,15 +137,15 @@ def try_out(
                 fresh += 1
             least[landmark] = min(least[landmark], ranges[k] * ranges[k])
     near_sum = 0.0
-    for landmark in range(count):
-        if least[landmark] < math.inf and not sealed[landmark]:
-            near_sum += least[landmark]
     for j in range(vehicles):
-        seen = look(elevation, shape, heights, positions[j], reach, ids, ranges)
         visible_counts[j] = 0
-        for k in range(seen):
-            if not done[ids[k]] and not sealed[ids[k]]:
+        for k in range(seen[j]):
+            landmark = ids[j, k]
+            if not sealed[landmark]:
                 visible_counts[j] += 1
+                if least[landmark] < math.inf:
+                    near_sum += least[landmark]
+                    least[landmark] = math.inf
     far_sum = 0.0
     for k in range(len(far)):
         place = supposed[far[k]]
@@ -168,6 +169,15 @@ def allowed(elevation: FloatArray, clearance: float, ceiling: float, positions: 
         x, y, z = positions[index]
         if abs(x) <= 1.0 and abs(y) <= 1.0 and z <= ceiling:
             good[index] = z >= surface_at(elevation, x, y) + clearance - 1e-9
+    return good
+
+
+@compiled
+def all_linked(teams: FloatArray, radio: float, alone: BoolArray, present: BoolArray) -> BoolArray:
+    """`linked` for many configurations: (M, vehicles, 3) -> (M,)."""
+    good = np.empty(len(teams), dtype=np.bool_)
+    for index in range(len(teams)):
+        good[index] = linked(teams[index], radio, alone, present)
     return good
 
 

@@ -9,12 +9,14 @@ import numpy as np
 
 from missions.bench.mapping_kernels import try_out
 from missions.bench.mapping_run import Mover, Team, point, timed
-from missions.bench.mapping_world import Setup
+from missions.bench.mapping_world import Setup, World
 from vehicle_agent.domain.frames import FloatArray, Point
 from vehicle_agent.domain.grid import IndexArray
+from vehicle_agent.domain.polygon import BoolArray
 from vehicle_agent.planning.interface import Teammate, Waypoint
 from vehicle_agent.planning.mapping.cao_mapping import MappingCao, MappingCaoParams
 from vehicle_agent.planning.mapping.default import ViewpointPlanner
+from vehicle_agent.planning.mapping.exchange import ExchangeParams
 from vehicle_agent.planning.mapping.interface import HeightBand, MappingSituation
 from vehicle_agent.planning.mapping.objective import TERMS, Objective, ObjectiveParams, Outlook
 from vehicle_agent.planning.mapping.osarses import Osarses
@@ -37,6 +39,11 @@ def make_mover(method: str, vehicles: int, setup: Setup, rng: np.random.Generato
     if method in ABLATION:
         return OsarsesServer(ABLATION_TRIALS, vehicles, setup, rng, ABLATION[method])
     return OsarsesServer(TRIALS[method], vehicles, setup, rng)
+
+
+def exchange_params(setup: Setup, world: World) -> ExchangeParams:
+    """Section 3.4 for a setup: near duplicates are those nearer than half a spacing."""
+    return ExchangeParams(setup.capacity, setup.reach_m, 0.5 * world.layout.spacing_m)
 
 
 class _Server:
@@ -71,9 +78,9 @@ class _Server:
         waiting = ~self._done(team) & ~visible
         return np.flatnonzero(waiting & team.ever_seen) if np.any(waiting & team.ever_seen) else np.flatnonzero(waiting)
 
-    def _done(self, team: Team) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-        tired = np.any([known.given_up for known in team.maps], axis=0)
-        return np.asarray(team.accurate | tired)
+    def _done(self, team: Team) -> BoolArray:
+        done: BoolArray = team.accurate | np.any([known.given_up for known in team.maps], axis=0)
+        return done
 
     def _supposed(self, team: Team) -> FloatArray:
         heights = np.array([known.heights_m for known in team.maps])
@@ -99,7 +106,7 @@ class OsarsesServer(_Server):
         team.positions = self._search.ask(
             team.positions,
             team.ends_allowed,
-            team.team_allowed,
+            team.teams_allowed,
             lambda positions: self.objective.value(self.outlook(team, positions, information, far)),
         )
         return [timed(began_s)]
@@ -116,7 +123,7 @@ class CaoServer(_Server):
         began_s = time.perf_counter()
         value = self.objective.record(team.sealed_by.copy(), self.present(team, self.far(team)))
         self._search.tell(team.positions, value)
-        team.positions = self._search.ask(team.positions, team.ends_allowed, team.team_allowed)
+        team.positions = self._search.ask(team.positions, team.ends_allowed, team.teams_allowed)
         return [timed(began_s)]
 
 

@@ -9,7 +9,7 @@ from typing import Protocol
 
 import numpy as np
 
-from missions.bench.mapping_kernels import allowed, linked
+from missions.bench.mapping_kernels import all_linked, allowed
 from missions.bench.mapping_world import Setup, World
 from vehicle_agent.domain.frames import FloatArray, Point
 from vehicle_agent.domain.grid import IndexArray
@@ -95,19 +95,18 @@ class Team:
         """Which ends of one vehicle's leg keep to area and height band, (M, 3) -> (M', 3); none for a dead one."""
         return ends[self._in_band(ends)] if self.present[index] else ends[:0]
 
-    def team_allowed(self, positions: FloatArray) -> bool:
-        """Whether a whole team's ends keep the radio link."""
-        return linked(positions, self.setup.radio_range_m, self._alone(), self.present)
+    def teams_allowed(self, teams: FloatArray) -> BoolArray:
+        """Which whole teams' ends keep the radio link, (M, vehicles, 3) -> (M,)."""
+        return all_linked(teams, self.setup.radio_range_m, self._alone(), self.present)
 
     def move_allowed(self, index: int, ends: FloatArray) -> BoolArray:
         """Which legs of one vehicle alone are allowed while all others stay: (M, 3) -> (M,)."""
         ends = np.ascontiguousarray(ends)
         good = self._in_band(ends)
         good &= np.linalg.norm(ends - self.positions[index], axis=1) <= self.setup.reach_m * (1.0 + 1e-9)
-        alone, team = self._alone(), self.positions.copy()
-        for row in np.flatnonzero(good):
-            team[index] = ends[row]
-            good[row] = linked(team, self.setup.radio_range_m, alone, self.present)
+        teams = np.repeat(self.positions[None], int(good.sum()), axis=0)
+        teams[:, index] = ends[good]
+        good[good] = self.teams_allowed(teams)
         return good
 
     def _in_band(self, ends: FloatArray) -> BoolArray:
@@ -116,12 +115,13 @@ class Team:
 
     def _alone(self) -> BoolArray:
         """Those that have nobody in radio range, through no fault of theirs."""
-        return ~np.array([self.in_radio(index).any() for index in range(self.vehicles)])
+        alone: BoolArray = ~np.array([self.in_radio(index).any() for index in range(self.vehicles)])
+        return alone
 
     def in_radio(self, index: int) -> BoolArray:
         """(vehicles,) whom a vehicle's packets reach."""
         away = np.linalg.norm(self.positions - self.positions[index], axis=1)
-        heard = (away <= self.setup.radio_range_m) & self.present
+        heard: BoolArray = (away <= self.setup.radio_range_m) & self.present
         heard[index] = False
         return heard
 
@@ -213,7 +213,7 @@ class Mover(Protocol):
 def run_team(team: Team, mover: Mover, steps: int) -> MappingRun:
     """Run a team for so many steps; it stops early when every landmark is accurate."""
     team.sense_and_tell()
-    track, curve, error, step_ms = [team.positions.copy()], [team.remaining_percent()], team.error(), []
+    track, curve, error, step_ms = [team.positions.copy()], [team.remaining_percent()], team.error(), list[float]()
     for _ in range(steps):
         if curve[-1] > 0.0:
             step_ms.extend(mover.move(team))

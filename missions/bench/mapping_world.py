@@ -95,7 +95,8 @@ class World:
     def visible(self, eye: FloatArray, range_m: float) -> tuple[IndexArray, FloatArray]:
         """Ids and true ranges of the landmarks that a sensor at a place sees."""
         ids, ranges = np.empty(len(self.heights), np.int64), np.empty(len(self.heights))
-        count = look(self.elevation, self.shape, self.heights, eye, range_m, ids, ranges)
+        nothing = np.zeros(len(self.heights), dtype=np.bool_)
+        count = look(self.elevation, self.shape, self.heights, eye, range_m, nothing, ids, ranges)
         return ids[:count].copy(), ranges[:count].copy()
 
     def heights_at(self, places: FloatArray) -> FloatArray:

@@ -10,7 +10,7 @@ import numpy as np
 from vehicle_agent.domain.frames import FloatArray
 from vehicle_agent.domain.polynomials import CUBIC_MONOMIALS, cubic_monomials
 from vehicle_agent.planning.cao import least_squares
-from vehicle_agent.planning.mapping.osarses import Admissible, JointCandidates, Proposals
+from vehicle_agent.planning.mapping.osarses import Admissible, Allowed, JointCandidates
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +51,7 @@ class MappingCao:
         """Remember what the objective was at a configuration (vehicles, 3)."""
         self._measured.append((positions.copy(), objective))
 
-    def ask(self, positions: FloatArray, allowed: Proposals, admissible: Admissible) -> FloatArray:
+    def ask(self, positions: FloatArray, allowed: Allowed, admissible: Admissible) -> FloatArray:
         """The candidate whose estimated objective is best, (vehicles, 3); the present one when none is admissible."""
         params = self._params
         step_m = params.step_m / (1.0 + self._steps / params.half_life) ** params.decay  # eq. 23

@@ -28,7 +28,6 @@ from vehicle_agent.planning.mapping.viewpoints import (
     plan_sites,
 )
 
-
 _MISSED_STEPS = 40
 """So long a teammate that is not heard is looked for where it was heard last; then it counts as lost."""
 _DESCENT = 0.3

@@ -190,7 +190,7 @@ def immediate_gains(
     ends: FloatArray, near: IndexArray, places: FloatArray, supposed: FloatArray, information: FloatArray,
     trust: FloatArray, sensor: FloatArray, gains: FloatArray,
 ) -> None:  # fmt: skip
-    """What measuring once at each of some ends would add to the open landmarks `near`, each as much as it is trusted."""
+    """What measuring once at each of some ends would add to the open landmarks `near`, each as far as trusted."""
     precision, best, range_squared, footprint_squared = sensor[0], sensor[1], sensor[2], sensor[3]
     for n in range(len(ends)):
         total = 0.0
