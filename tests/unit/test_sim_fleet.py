@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
+from sim_bridge.cli import main
 from sim_bridge.fleet import Fleet
 from sim_bridge.payload import BODY_PERIOD_US, Payload
 from sim_bridge.result import result_of
 from sim_bridge.world import World
 from tests.fakes.sim_missions import sim_plan
+from tests.fakes.simulator import write_mission
 from vehicle_agent.wire.cells import unpack_cells
 from vehicle_agent.wire.messages import AnyMessage, BodyReport, Scan
 
@@ -111,3 +116,20 @@ def test_the_payload_says_scans_of_armed_vehicles_and_reports_of_all() -> None:
     assert {(r.vehicle, r.has_flown) for r in reports[-2:]} == {("copter-0", False), ("copter-1", True)}
     sequences = [message.sequence for message, _ in said.messages]
     assert sequences == sorted(set(sequences))
+
+
+@pytest.mark.parametrize(
+    ("name", "kind", "autopilot", "words"),
+    [
+        ("merlin", "blimp", "ardupilot", "vehicles[0].type: 'blimp' is not known; choose 'multicopter'"),
+        ("merlin", "multicopter", "paparazzi", "vehicles[0].autopilot: 'paparazzi' is not known"),
+        ("tern", "surface-vessel", "px4", "vehicles[0].autopilot: a surface-vessel cannot be simulated as px4"),
+    ],
+)
+def test_a_vehicle_of_no_known_kind_is_one_sentence(
+    tmp_path: Path, name: str, kind: str, autopilot: str, words: str
+) -> None:
+    outcome = CliRunner().invoke(main, [str(write_mission(tmp_path, (name, kind, autopilot)))])
+    assert outcome.exit_code == 2
+    assert words in outcome.output
+    assert outcome.output.count("\n") == 1
