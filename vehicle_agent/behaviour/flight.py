@@ -307,6 +307,8 @@ class Flight:
         match command.verb:
             case Verb.NO_FLY | Verb.AREA | Verb.SECTOR | Verb.SPEED:
                 self._stand_by(command)
+            case Verb.RELEASE if command.subject not in self._knowledge.team.living():
+                pass  # its silence has been noticed here already
             case Verb.RELEASE:
                 self._knowledge.team.release(command.subject)
                 self._voice.event(Severity.WARNING, "teammate-lost", f"{command.subject} is lost, the operator says")
@@ -339,7 +341,7 @@ class Flight:
     def trouble(self, command: Command, state: VehicleState | None) -> str:
         """Why a command cannot be obeyed here, one sentence; empty when it can."""
         if command.verb is Verb.RELEASE:
-            return "" if command.subject in self._knowledge.team.living() else "not a teammate that counts as living"
+            return "" if self._knowledge.team.knows(command.subject) else "not a teammate that was ever heard"
         return self.standing.trouble(command, self.home_enu_m(state)[:2])
 
     def _stand_by(self, command: Command) -> None:

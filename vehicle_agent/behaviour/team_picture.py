@@ -79,6 +79,10 @@ class TeamPicture:
         """Count a teammate as lost before its silence shows it."""
         self._heard[name].lost = True
 
+    def knows(self, name: str) -> bool:
+        """A teammate that has been heard, whether it still is or not."""
+        return name in self._heard
+
     def living(self) -> list[str]:
         """Names of teammates that are heard, in team order."""
         return [name for name in self._team if name in self._heard and not self._heard[name].lost]
