@@ -30,6 +30,7 @@ from ground_station.inputs import (
 )
 from ground_station.ledger import SequenceRanges
 from ground_station.liveliness import next_condition, transition_text
+from ground_station.map_intake import MapIntake
 from ground_station.payload import verb_word
 from ground_station.picture import (
     COMMAND_TIMEOUT_S,
@@ -38,23 +39,20 @@ from ground_station.picture import (
     Condition,
     FleetState,
     LogEntry,
-    Stream,
     VehiclePicture,
 )
 from ground_station.samples import trail_with, windowed
 from ground_station.text import clean
-from ground_station.town_tops import cells_told
 from ground_station.trouble_log import TroubleLog
 from ground_station.vehicle_picture import AutopilotPicture
-from vehicle_agent.domain.elevation import CellObservations
 from vehicle_agent.wire.messages import (
     AnyMessage,
     Claim,
     Command,
     CommandResult,
-    DeltaRecord,
     Digest,
     Event,
+    Landmarks,
     MapDelta,
     Orders,
     Outcome,
@@ -66,7 +64,6 @@ from vehicle_agent.wire.messages import (
 
 MAX_LOG_ENTRIES = 5_000
 MAX_COMMANDS = 20
-MAX_STREAMS = 256
 MAX_SENDERS = 512
 EARLIEST_STAMP_MS = 946_684_800_000
 """2000-01-01: a stamp before it is an autopilot that does not know the time yet."""
@@ -101,7 +98,7 @@ class _Draft:
         self._state = state
         self._now_s = state.now_s
         self._vehicles = {vehicle.name: vehicle for vehicle in state.vehicles}
-        self._streams = dict(state.streams)
+        self._maps = MapIntake(state)
         self._seen = dict(state.seen)
         self._log: list[LogEntry] = []
         self._commands = list(state.commands)
@@ -109,7 +106,6 @@ class _Draft:
         self._started_ms = state.started_ms
         self._newest_ms = state.newest_ms
         self._pace = state.pace_samples
-        self._observations: list[tuple[int, CellObservations]] = []
         self._troubles = TroubleLog(state.troubles, state.muted)
 
     def take(self, event: FleetInput) -> None:
@@ -135,18 +131,26 @@ class _Draft:
 
     def finish(self) -> FleetState:
         state = self._state
-        team_map = state.team_map.joined_with(self._observations) if self._observations else state.team_map
+        team_map, landmarks = self._maps.maps()
+        if self._maps.earliest_ms is not None:
+            self._note_stamp(self._maps.earliest_ms)
+        counters = replace(
+            self._counters,
+            foreign=self._counters.foreign + self._maps.foreign,
+            malformed=self._counters.malformed + self._maps.malformed,
+        )
         return replace(
             state,
             now_s=self._now_s,
             vehicles=tuple(self._vehicles.values()),
             team_map=team_map,
-            streams=self._streams,
+            landmarks=landmarks,
+            streams=self._maps.streams,
             seen=self._seen,
             log=(*state.log, *self._log)[-MAX_LOG_ENTRIES:] if self._log else state.log,
             log_total=state.log_total + len(self._log),
             commands=tuple(self._commands[-MAX_COMMANDS:]),
-            counters=self._counters,
+            counters=counters,
             started_ms=self._started_ms,
             newest_ms=self._newest_ms,
             pace_samples=self._pace,
@@ -172,11 +176,13 @@ class _Draft:
             case Status():
                 self._status(vehicle, message, arrival_s)
             case MapDelta():
-                self._records((message.record,))
+                self._maps.take_records((message.record,))
             case Repair():
-                self._records(message.records)
+                self._maps.take_records(message.records)
             case Digest():
-                self._digest(message)
+                self._maps.take_digest(message)
+            case Landmarks():
+                self._maps.take_landmarks(message)
             case Claim():
                 self._claim(vehicle, message)
             case Event():
@@ -254,35 +260,6 @@ class _Draft:
         overtaken = last is not None and last.boot_id == orders.boot_id and last.sequence > orders.sequence
         if orders.boot_id not in vehicle.past_boots and not overtaken:
             self._put(replace(vehicle, orders=orders))
-
-    def _records(self, records: Iterable[DeltaRecord]) -> None:
-        for record in records:
-            origin = self._vehicles.get(record.origin)
-            name = (record.origin, record.stream_id)
-            stream = self._streams.get(name, Stream())
-            if origin is None or (name not in self._streams and len(self._streams) >= MAX_STREAMS):
-                self._counters = replace(self._counters, foreign=self._counters.foreign + 1)
-                continue
-            if record.delta_sequence in stream.held:
-                continue
-            self._streams[name] = Stream(
-                stream.held.with_number(record.delta_sequence), max(stream.offered, record.delta_sequence + 1)
-            )
-            cells = cells_told(self._state.plan, record.cells)
-            if cells is None:  # counted as held all the same: asking again would bring the same bytes
-                self._counters = replace(self._counters, malformed=self._counters.malformed + 1)
-            elif len(cells):
-                self._observations.append((origin.index, cells))
-                self._note_stamp(int(cells.stamps_ms.min()))
-
-    def _digest(self, digest: Digest) -> None:
-        for told in digest.streams:
-            name = (told.origin, told.stream_id)
-            if told.origin not in self._vehicles or (name not in self._streams and len(self._streams) >= MAX_STREAMS):
-                continue
-            stream = self._streams.get(name, Stream())
-            if told.held > stream.offered:
-                self._streams[name] = replace(stream, offered=told.held)
 
     def _answer(self, result: CommandResult) -> None:
         word = "accepted" if result.outcome is Outcome.ACCEPTED else "refused"

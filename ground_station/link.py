@@ -13,7 +13,7 @@ from ground_station.payload import NOTHING, Payload
 from vehicle_agent.mission.load import MissionPlan
 from vehicle_agent.wire.messages import AnyMessage, Command, Digest, StreamHeld, Verb
 
-LISTENED_TOPICS = ("status", "map", "repair", "digest", "claim", "event", "result", "orders")
+LISTENED_TOPICS = ("status", "map", "repair", "digest", "claim", "landmarks", "event", "result", "orders")
 
 
 class Counts(Protocol):

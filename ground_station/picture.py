@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 from ground_station.conditions import Kind, Trouble
+from ground_station.landmark_picture import LandmarkPicture
 from ground_station.ledger import SequenceRanges
 from ground_station.team_map import TeamMap
 from ground_station.vehicle_picture import Condition, VehiclePicture, metres
@@ -149,6 +150,8 @@ class FleetState:
         Station time (monotonic wall seconds) of the start and of the last tick.
     vehicles
         By team index.
+    landmarks
+        What is known of landmarks; None for missions that map none.
     streams
         By (origin, stream_id).
     seen
@@ -172,6 +175,7 @@ class FleetState:
     now_s: float
     vehicles: tuple[VehiclePicture, ...]
     team_map: TeamMap
+    landmarks: LandmarkPicture | None = None
     streams: Mapping[tuple[str, int], Stream] = field(default_factory=dict)
     seen: Mapping[tuple[str, int], SequenceRanges] = field(default_factory=dict)
     log: tuple[LogEntry, ...] = ()
@@ -190,7 +194,8 @@ class FleetState:
         vehicles = tuple(VehiclePicture(name, index) for index, name in enumerate(names))
         town = plan.voxel_grid is not None
         team_map = TeamMap.empty(plan.grid, plan.area_cells, len(names), keeps_highest=town)
-        return cls(plan, station, station_boot_id, now_s, now_s, vehicles, team_map)
+        landmarks = LandmarkPicture.of(plan)
+        return cls(plan, station, station_boot_id, now_s, now_s, vehicles, team_map, landmarks)
 
     @property
     def elapsed_s(self) -> float:

@@ -10,7 +10,7 @@ from ground_station.picture import Condition, FleetState, VehiclePicture, metres
 from ground_station.text import duration
 from ground_station.views import palette
 from ground_station.views.ink import Ink, Line, Look, Rgb, Span
-from ground_station.views.raster import FRONTIER, OBSERVED, Raster, line_pixels, rasterise
+from ground_station.views.raster import FRONTIER, NEEDS_TELLING, OBSERVED, Raster, line_pixels, rasterise
 from ground_station.views.viewport import Viewport
 from ground_station.views.window import Ground, Layer, MapWindow, scale_bar
 from ground_station.views.zones import ZonePixels, zone_pixels
@@ -41,9 +41,10 @@ def map_raster(
     width, height = max(1, width), max(1, height)
     view = window.viewport(state.plan.grid, width, 2 * height if blocks else height, 1.0 if blocks else 2.0)
     wanted = (state.team_map.version, view, window.ground)
-    if former is not None and (former.version, former.view, former.ground) == wanted:
+    same = former is not None and (former.version, former.view, former.ground) == wanted
+    if former is not None and same and former.landmarks is state.landmarks:
         return former
-    return rasterise(state.team_map, view, window.ground)
+    return rasterise(state.team_map, view, window.ground, state.landmarks)
 
 
 def map_lines(state: FleetState, raster: Raster, look: Look, window: MapWindow = WHOLE) -> list[Line]:
@@ -97,6 +98,8 @@ def _ramp(raster: Raster, look: Look, started_ms: int) -> list[Span]:
         return [("seen first by: colours", quiet)]
     if raster.ground is Ground.OBSERVED:
         return [("light: observed", quiet)]
+    if raster.ground in NEEDS_TELLING and (raster.ground is Ground.BELIEF or raster.landmarks is None):
+        return [(f"{raster.ground.value}: not told in this mission", look.ink(palette.WARN))]
     ramp: list[Span]
     if _in_blocks(look):
         ramp = [(" ", Ink(bg=colour)) for colour in palette.cividis(8)]
@@ -105,6 +108,8 @@ def _ramp(raster: Raster, look: Look, started_ms: int) -> list[Span]:
     if raster.ground is Ground.SEEN_WHEN:
         first_s, last_s = ((stamp_ms - started_ms) / 1_000 if stamp_ms else 0.0 for stamp_ms in _ends_ms(raster))
         return [(duration(first_s), Ink()), *ramp, (duration(last_s), Ink())]
+    if raster.landmarks is not None and raster.ground is Ground.UNCERTAINTY:
+        return [("sd 0", Ink()), *ramp, (f"{raster.landmarks.most_shown_sd_m:g} m", Ink())]
     return [(f"{raster.lowest_m:.0f}", Ink()), *ramp, (f"{raster.highest_m:.0f} m", Ink())]
 
 

@@ -9,11 +9,14 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from ground_station.landmark_picture import LandmarkPicture
 from ground_station.team_map import TeamMap, frontier_cells
 from ground_station.views.viewport import Viewport
 from ground_station.views.window import Ground
 from vehicle_agent.domain.frames import FloatArray
 
+NEEDS_TELLING = (Ground.UNCERTAINTY, Ground.BELIEF)
+"""What only some kinds of mission tell; the caption says so where it is missing."""
 OUTSIDE, UNOBSERVED, OBSERVED, FRONTIER = range(4)
 RAMP_ROUNDING_M = 50.0
 """Ends of the colour ramp are multiples of this, so that new ground seldom recolours the whole map."""
@@ -31,7 +34,8 @@ class Raster:
         (width, height) uint8: OUTSIDE, UNOBSERVED, OBSERVED or FRONTIER.
     height_share
         (width, height) float64, place of the observed ground between `low_m` and `high_m`, or of its first observation
-        between the map's first and last when `ground` is SEEN_WHEN, in [0, 1]; 0 elsewhere.
+        between the map's first and last when `ground` is SEEN_WHEN, or of its uncertainty between none and the most
+        that is shown when it is UNCERTAINTY, in [0, 1]; 0 elsewhere.
     low_m, high_m
         Ends of the ramp, ENU metres.
     lowest_m, highest_m
@@ -43,6 +47,8 @@ class Raster:
         everywhere unless `ground` is SEEN_BY.
     first_ms, last_ms
         Stamps of the map's first and last first observation.
+    landmarks
+        Of which landmarks; None where there are none.
     """
 
     version: int
@@ -57,9 +63,15 @@ class Raster:
     seen_by: npt.NDArray[np.int16]
     first_ms: int
     last_ms: int
+    landmarks: LandmarkPicture | None
 
 
-def rasterise(team_map: TeamMap, view: Viewport, ground: Ground = Ground.ELEVATION) -> Raster:
+def rasterise(
+    team_map: TeamMap,
+    view: Viewport,
+    ground: Ground = Ground.ELEVATION,
+    landmarks: LandmarkPicture | None = None,
+) -> Raster:
     """Sum the map's cells into the view's pixels (or sample them where pixels are smaller than cells)."""
     grid = team_map.elevation.grid
     observed = team_map.elevation.observed & team_map.area
@@ -87,11 +99,27 @@ def rasterise(team_map: TeamMap, view: Viewport, ground: Ground = Ground.ELEVATI
     if ground is Ground.SEEN_WHEN:
         ages = np.where(observed, (stamps_ms - first_ms) / max(1, last_ms - first_ms), 0.0)
         share = np.clip(_sampled(ages, team_map, view), 0.0, 1.0)
+    if ground in NEEDS_TELLING:
+        share = np.zeros_like(share)
+    if ground is Ground.UNCERTAINTY and landmarks is not None:
+        share = _sampled(np.minimum(1.0, landmarks.sd_m / landmarks.most_shown_sd_m), team_map, view)
     seen_by = np.full((view.width, view.height), -1, dtype=np.int16)
     if ground is Ground.SEEN_BY:
         seen_by = (_sampled(_lowest_bits(team_map.elevation.observers) + 1.0, team_map, view) - 1.0).astype(np.int16)
     return Raster(
-        team_map.version, view, kind, share, low_m, high_m, lowest_m, highest_m, ground, seen_by, first_ms, last_ms
+        team_map.version,
+        view,
+        kind,
+        share,
+        low_m,
+        high_m,
+        lowest_m,
+        highest_m,
+        ground,
+        seen_by,
+        first_ms,
+        last_ms,
+        landmarks,
     )
 
 

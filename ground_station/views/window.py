@@ -22,6 +22,8 @@ class Ground(Enum):
     OBSERVED = "observed"
     SEEN_BY = "seen first by"
     SEEN_WHEN = "seen when"
+    UNCERTAINTY = "uncertainty of heights"
+    BELIEF = "search belief"
 
 
 class Layer(Enum):
