@@ -93,7 +93,8 @@ def measure(case: Case) -> tuple[Case, Outcome]:
         trouble = Trouble(ROBUST_LOSS, dead_vehicle=case.vehicles - 1, dead_at=setup.steps // 2)
         method = METHODS[1]
     team = Team(world, setup, case.vehicles, exchange_params(setup, world), trouble, _rng(case, 0))
-    run = run_team(team, make_mover(method, case.vehicles, setup, _rng(case, 1)), setup.steps)
+    mover = make_mover(method, case.vehicles, len(world.layout), setup, _rng(case, 1))
+    run = run_team(team, mover, setup.steps)
     _export(case, run)
     per_step = run.bytes_sent / (case.vehicles * setup.steps)
     return case, Outcome(

@@ -30,15 +30,15 @@ ABLATION = {f"ablation {terms}": terms for terms in TERMS}
 """Every step of the objective's making, climbed by osarses-50 as in the paper's table 1 and figure 2."""
 
 
-def make_mover(method: str, vehicles: int, setup: Setup, rng: np.random.Generator) -> Mover:
-    """A method by its name in the rows."""
+def make_mover(method: str, vehicles: int, landmarks: int, setup: Setup, rng: np.random.Generator) -> Mover:
+    """A method by its name in the rows, for a team of so many and so many landmarks."""
     if method == DEFAULT:
         return Fleet(vehicles, setup)
+    terms = ABLATION.get(method, TERMS[-1])
+    objective = Objective(ObjectiveParams.suited(vehicles, landmarks, terms), vehicles)
     if method == CAO:
-        return CaoServer(vehicles, setup, rng)
-    if method in ABLATION:
-        return OsarsesServer(ABLATION_TRIALS, vehicles, setup, rng, ABLATION[method])
-    return OsarsesServer(TRIALS[method], vehicles, setup, rng)
+        return CaoServer(objective, MappingCao(MappingCaoParams(setup.reach_m), vehicles, rng))
+    return OsarsesServer(objective, Osarses(TRIALS.get(method, ABLATION_TRIALS), setup.reach_m, rng))
 
 
 def exchange_params(setup: Setup, world: World) -> ExchangeParams:
@@ -49,8 +49,8 @@ def exchange_params(setup: Setup, world: World) -> ExchangeParams:
 class _Server:
     """Knows all that anybody knows, and says where everybody goes."""
 
-    def __init__(self, vehicles: int, terms: str) -> None:
-        self.objective = Objective(ObjectiveParams(terms=terms), vehicles)
+    def __init__(self, objective: Objective) -> None:
+        self.objective = objective
 
     def outlook(self, team: Team, positions: FloatArray, information: FloatArray, far: IndexArray) -> Outlook:
         """What moving there would bring."""
@@ -92,9 +92,9 @@ class _Server:
 class OsarsesServer(_Server):
     """Algorithm 1 on a server."""
 
-    def __init__(self, trials: int, vehicles: int, setup: Setup, rng: np.random.Generator, terms: str = "all") -> None:
-        super().__init__(vehicles, terms)
-        self._search = Osarses(trials, setup.reach_m, rng)
+    def __init__(self, objective: Objective, search: Osarses) -> None:
+        super().__init__(objective)
+        self._search = search
 
     def move(self, team: Team) -> Sequence[float]:
         began_s = time.perf_counter()
@@ -115,9 +115,9 @@ class OsarsesServer(_Server):
 class CaoServer(_Server):
     """Algorithm 2 on a server."""
 
-    def __init__(self, vehicles: int, setup: Setup, rng: np.random.Generator) -> None:
-        super().__init__(vehicles, "all")
-        self._search = MappingCao(MappingCaoParams(setup.reach_m), vehicles, rng)
+    def __init__(self, objective: Objective, search: MappingCao) -> None:
+        super().__init__(objective)
+        self._search = search
 
     def move(self, team: Team) -> Sequence[float]:
         began_s = time.perf_counter()

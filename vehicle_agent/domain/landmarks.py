@@ -278,7 +278,8 @@ class LandmarkMap:
         ids, heights, sds = ids[worthwhile], heights_m[worthwhile], sds_m[worthwhile]
         good = np.isfinite(heights) & np.isfinite(sds)
         most = self.params.best_information / ACCURATE
-        gained = np.where(good, np.minimum((self.params.accurate_sd_m / np.fmax(sds, 1e-300)) ** 2, most), 0.0)
+        limited = np.fmax(sds, self.params.accurate_sd_m / math.sqrt(most))
+        gained = np.where(good, (self.params.accurate_sd_m / limited) ** 2, 0.0)
         total = self._own_information[ids] + gained
         before = self._own_height_m[ids]
         share = np.divide(gained, total, out=np.zeros_like(total), where=total > 0)

@@ -20,11 +20,13 @@ from vehicle_agent.planning.interface import Decision, Finished, Teammate, Wait,
 from vehicle_agent.planning.mapping.interface import MappingSituation
 from vehicle_agent.planning.mapping.viewpoints import (
     SiteLattice,
+    best_first_visit,
     cell_surfaces,
     distances_to,
     fill_unknown,
     immediate_gains,
     interpolated,
+    open_near,
     plan_sites,
 )
 
@@ -162,7 +164,7 @@ class ViewpointPlanner:
         if nearer[best] < 0.05 and gains[best] < 0.2 * self._worth:
             best = int(np.argmax(ends[:, 2]))  # what is in the way is not where it was supposed: look from above
         self._worth = max(0.95 * self._worth + 0.05 * float(gains[best]), 0.3)
-        sites.expect(ends[best], situation)
+        sites.expect(ends[best])
         return _point(ends[best])
 
 
@@ -186,6 +188,7 @@ class _Sites:
         self._information: FloatArray = np.full(len(known.layout), -1.0)
         self._trust: FloatArray = np.ones(len(known.layout))
         self._expected: IndexArray = np.empty(0, np.int64)
+        self._near: IndexArray = np.empty(0, np.int64)
         self._supposed: FloatArray = np.full(len(known.layout), np.nan)
         self._best = (known.params.accurate_sd_m / known.params.best_sd_m) ** 2
         self._sensor = np.array([precision, self._best, sensor.range_m**2, min(sensor.footprint_m, 1e150) ** 2])
@@ -226,18 +229,13 @@ class _Sites:
         self._trust[self._expected[~changed[self._expected]]] *= _TRUST_KEPT
         self._trust[changed] = 1.0
 
-    def expect(self, end: FloatArray, situation: MappingSituation) -> None:
+    def expect(self, end: FloatArray) -> None:
         """Remember what a look from the chosen end should tell something of."""
-        near = self._near(situation)
+        near = self._near
         away = ((self._places[near] - end[:2]) ** 2).sum(axis=1)
         drop = end[2] - self._supposed[near]
         _, _, range_squared, footprint_squared = self._sensor
         self._expected = near[(drop > 0.0) & (away + drop**2 < range_squared) & (away <= footprint_squared)]
-
-    def _near(self, situation: MappingSituation) -> IndexArray:
-        here = np.array(situation.position_enu_m[:2])
-        reach = min(situation.sensor.range_m, situation.sensor.footprint_m) + situation.reach_m
-        return np.flatnonzero(self._open & (np.abs(self._places - here) <= reach).all(axis=1))
 
     def values(self, patience: dict[int, float]) -> FloatArray:
         """What the work of each cell counts."""
@@ -258,42 +256,20 @@ class _Sites:
         self, here: FloatArray, usable: BoolArray, values: FloatArray, reach_m: float, present: int | None
     ) -> int:
         """First site of the sequence of visits that does most work soonest."""
-        ids = np.flatnonzero(usable)
         params = self._params
-        ways = np.linalg.norm(self.viewpoints[ids] - here, axis=1) / reach_m
-        rates = values[ids] / (ways + self.visits[ids])
-        first = ids[np.argsort(-rates, kind="stable")[: 2 * params.choices]]
-        if present is not None and usable[present] and present not in first:
-            first = np.append(first, present)
-        best, chosen = -math.inf, int(first[0])
-        for site in first.tolist():
-            value = self._sequence(site, here, ids, values, reach_m)
-            if site == present:
-                value *= 1.1
-            if value > best:
-                best, chosen = value, site
-        return chosen
-
-    def _sequence(self, site: int, here: FloatArray, ids: IndexArray, values: FloatArray, reach_m: float) -> float:
-        """Discounted work of a site and those that follow it greedily."""
-        params = self._params
-        elapsed, total = 0.0, 0.0
-        place, left = here, values[ids].copy()
-        for _ in range(params.visits_ahead):
-            row = int(np.searchsorted(ids, site))
-            elapsed += float(np.linalg.norm(self.viewpoints[site] - place)) / reach_m + self.visits[site]
-            total += left[row] * math.exp(-elapsed / params.horizon_steps)
-            left[row] = 0.0
-            place = self.viewpoints[site]
-            away = np.linalg.norm(self.viewpoints[ids] - place, axis=1) / reach_m + self.visits[ids]
-            site = int(ids[int(np.argmax(left * np.exp(-away / params.horizon_steps)))])
-        return total
+        return best_first_visit(
+            np.flatnonzero(usable), self.viewpoints, self.visits, values, here, reach_m, params.horizon_steps,
+            params.visits_ahead, 2 * params.choices, -1 if present is None else present,
+        )  # fmt: skip
 
     def gains(self, ends: FloatArray, situation: MappingSituation) -> FloatArray:
         """What one look from each end would add."""
+        east_m, north_m, _ = situation.position_enu_m
+        reach_m = min(situation.sensor.range_m, situation.sensor.footprint_m) + situation.reach_m
+        self._near = open_near(self._places, self._open, east_m, north_m, reach_m)
         gains = np.empty(len(ends))
         immediate_gains(
-            np.ascontiguousarray(ends), self._near(situation), self._places, self._supposed, self._information,
+            np.ascontiguousarray(ends), self._near, self._places, self._supposed, self._information,
             self._trust, self._sensor, gains,
         )  # fmt: skip
         return gains
@@ -328,13 +304,13 @@ class _Sites:
 
 
 def _ways() -> FloatArray:
-    """Directions of a leg, evenly over the sphere, whole and half, and to stay: (161, 3)."""
-    count = 80
+    """Directions of a leg, evenly over the sphere, whole and half, and to stay: (97, 3)."""
+    count = 64
     up = 1.0 - 2.0 * (np.arange(count) + 0.5) / count
     turn = math.pi * (1.0 + math.sqrt(5.0)) * np.arange(count)
     flat = np.sqrt(1.0 - up**2)
     sphere = np.column_stack((flat * np.cos(turn), flat * np.sin(turn), up))
-    return np.vstack((np.zeros((1, 3)), sphere, 0.5 * sphere))
+    return np.vstack((np.zeros((1, 3)), sphere, 0.5 * sphere[::2]))
 
 
 def _grown(cells: IndexArray, lattice: SiteLattice) -> IndexArray:

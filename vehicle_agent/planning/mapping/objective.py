@@ -34,12 +34,22 @@ class ObjectiveParams:
     """
 
     terms: str = "all"
-    visible_weight: float = 0.3
-    nearness_weight: float = 0.2
-    far_weight: float = 0.05
+    visible_weight: float = 0.5
+    nearness_weight: float = 0.1
+    far_weight: float = 3e-4
     sealed_tolerance: float = 0.0
-    visible_tolerance: float = 1.0
-    nearness_tolerance: float = 1.0
+    visible_tolerance: float = 3.0
+    nearness_tolerance: float = 3.0
+
+    @classmethod
+    def suited(cls, vehicles: int, landmarks: int, terms: str = "all") -> ObjectiveParams:
+        """The weights that served a team best on the bench's surfaces, with so many vehicles and landmarks.
+
+        K_2 is below K_1 over the team's size, for then a landmark is worth seeing from anywhere in range, and the more
+        the nearer; K_3 keeps the sum over all landmarks not yet seen at the size of the other terms.
+        """
+        share, tolerance = 0.5, 3.0 * landmarks / 1_100
+        return cls(terms, share, 0.7 * share / vehicles, 0.33 / landmarks, 0.0, tolerance, tolerance)
 
     def __post_init__(self) -> None:
         if self.terms not in TERMS:

@@ -85,33 +85,101 @@ def cell_surfaces(
 
 @compiled
 def fill_unknown(values: FloatArray, columns: int, rows: int) -> None:
-    """Give cells without a value the mean of their neighbours that have one, ring by ring outwards; 0 if none has."""
-    while True:
-        before = values.copy()
-        changed, missing = False, False
-        for column in range(columns):
-            for row in range(rows):
-                if not math.isnan(before[column * rows + row]):
+    """Give cells without a value the mean of their neighbours that have one, outwards from those; 0 if none has."""
+    waiting = np.empty(len(values), dtype=np.int64)
+    count = 0
+    for cell in range(len(values)):
+        if not math.isnan(values[cell]):
+            waiting[count] = cell
+            count += 1
+    if count == 0:
+        values[:] = 0.0
+        return
+    at = 0
+    while at < count < len(values):
+        column, row = waiting[at] // rows, waiting[at] % rows
+        at += 1
+        for i in range(max(0, column - 1), min(columns, column + 2)):
+            for j in range(max(0, row - 1), min(rows, row + 2)):
+                cell = i * rows + j
+                if not math.isnan(values[cell]):
                     continue
-                total, count = 0.0, 0
-                for i in range(max(0, column - 1), min(columns, column + 2)):
-                    for j in range(max(0, row - 1), min(rows, row + 2)):
-                        value = before[i * rows + j]
+                total, known = 0.0, 0
+                for k in range(max(0, i - 1), min(columns, i + 2)):
+                    for m in range(max(0, j - 1), min(rows, j + 2)):
+                        value = values[k * rows + m]
                         if not math.isnan(value):
                             total += value
-                            count += 1
-                if count:
-                    values[column * rows + row] = total / count
-                    changed = True
-                else:
-                    missing = True
-        if not changed:
-            break
-        if not missing:
-            return
-    for cell in range(len(values)):
-        if math.isnan(values[cell]):
-            values[cell] = 0.0
+                            known += 1
+                values[cell] = total / known
+                waiting[count] = cell
+                count += 1
+
+
+@compiled
+def open_near(places: FloatArray, open_: BoolArray, east_m: float, north_m: float, reach_m: float) -> IndexArray:
+    """Open landmarks not farther than this to the east, west, north or south."""
+    near = np.empty(len(places), dtype=np.int64)
+    count = 0
+    for landmark in range(len(places)):
+        if (
+            open_[landmark]
+            and abs(places[landmark, 0] - east_m) <= reach_m
+            and abs(places[landmark, 1] - north_m) <= reach_m
+        ):
+            near[count] = landmark
+            count += 1
+    return near[:count].copy()
+
+
+@compiled
+def best_first_visit(
+    sites: IndexArray, viewpoints: FloatArray, visits: FloatArray, values: FloatArray, here: FloatArray,
+    reach_m: float, horizon: float, depth: int, choices: int, present: int,
+) -> int:  # fmt: skip
+    """Of some sites the one from which the best sequence of visits starts.
+
+    A sequence goes on, from each site, to the one whose work, discounted by the time until it is done, is greatest.
+    Sequences are tried from the sites of most work per time, and from the present goal, which is given up only for one
+    that is a tenth better.
+    """
+    count = len(sites)
+    rates = np.empty(count)
+    for n in range(count):
+        rates[n] = values[sites[n]] / (_away(viewpoints[sites[n]], here) / reach_m + visits[sites[n]])
+    order = np.argsort(-rates)
+    best, chosen = -1.0, sites[order[0]]
+    done = np.zeros(count, dtype=np.bool_)
+    for n in range(count):
+        if n >= choices and sites[order[n]] != present:
+            continue
+        done[:] = False
+        row, place, elapsed, total = order[n], here, 0.0, 0.0
+        for _ in range(depth):
+            site = sites[row]
+            elapsed += _away(viewpoints[site], place) / reach_m + visits[site]
+            total += values[site] * math.exp(-elapsed / horizon)
+            done[row] = True
+            place = viewpoints[site]
+            row, most = -1, 0.0
+            for k in range(count):
+                if not done[k]:
+                    way = _away(viewpoints[sites[k]], place) / reach_m + visits[sites[k]]
+                    value = values[sites[k]] * math.exp(-way / horizon)
+                    if value > most:
+                        row, most = k, value
+            if row < 0:
+                break
+        if sites[order[n]] == present:
+            total *= 1.1
+        if total > best:
+            best, chosen = total, sites[order[n]]
+    return int(chosen)
+
+
+@compiled
+def _away(a: FloatArray, b: FloatArray) -> float:
+    return math.sqrt((a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2 + (a[2] - b[2]) ** 2)
 
 
 @compiled
