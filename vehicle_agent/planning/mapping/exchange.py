@@ -59,7 +59,7 @@ class LandmarkExchange:
         """Take note of a step's landmarks: ids now visible (V of definition 1), and those newly accurate by them."""
         self._visible = np.asarray(visible, dtype=np.int64)
         keep = self._news if self.params.keeps_backlog else np.empty(0, np.int64)
-        self._news = np.union1d(keep, sealed)
+        self._news = np.union1d(keep, np.asarray(sealed, dtype=np.int64))
 
     def packet(self, position_enu_m: Point, teammates_enu_m: Sequence[Point]) -> LandmarkRecords:
         """What to tell now: at most `capacity` landmarks, nearest to reachable teammates first.
