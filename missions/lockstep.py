@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from missions.covered import covered_fraction, covers
+from missions.depth_map import DepthMap, draw_depth_map, write_depth_map
 from missions.lockstep_vehicle import LockstepVehicle
 from missions.yardstick import merged, observable, share_seen
 from sim_bridge.fleet import Fleet
@@ -23,6 +24,7 @@ from sim_bridge.radio import Radio, RadioParams
 from sim_bridge.world import World
 from vehicle_agent.crew import make_agent
 from vehicle_agent.domain.frames import FloatArray, Point
+from vehicle_agent.domain.landmark_atlas import LandmarkAtlas
 from vehicle_agent.domain.team_map import TeamMap
 from vehicle_agent.mission.load import MissionPlan
 from vehicle_agent.wire.codec import Codec
@@ -93,9 +95,17 @@ class LockstepResult:
         """Share of the reachable surface that the team has seen."""
         return share_seen(self.team_map.observed, self.reachable)
 
+    @property
+    def depth_map(self) -> DepthMap | None:
+        """What a mission that maps has drawn; None for others."""
+        if not isinstance(self.team_map, LandmarkAtlas):
+            return None
+        return draw_depth_map(self.plan, self.team_map, self.true_elevation_m)
+
     def summary(self) -> dict[str, Any]:
         """Figures of the run, as saved in `summary.json`."""
         names = self.plan.vehicle_names
+        drawn = self.depth_map
         moved = np.linalg.norm(np.diff(self.positions_enu_m, axis=0), axis=2).sum(axis=0)
         return {
             "mission": self.plan.mission.name,
@@ -103,6 +113,7 @@ class LockstepResult:
             "planner": self.plan.mission.task.planner,
             "observed_fraction": self.observed_fraction,
             "covered_fraction": self.covered_fraction if covers(self.plan) else None,
+            "map_error_m": None if drawn is None else drawn.rms_error_m,
             "elapsed_s": round(self.elapsed_s, 1),
             "min_separation_m": self.min_separation_m if math.isfinite(self.min_separation_m) else None,
             "fence_breaches": self.fence_breaches,
@@ -135,6 +146,8 @@ class LockstepResult:
             "true_elevation_m": self.true_elevation_m,
         }
         np.savez(folder / "run.npz", **arrays)  # type: ignore[arg-type]
+        if (drawn := self.depth_map) is not None:
+            write_depth_map(self.plan, drawn, folder)
 
 
 def simulate(

@@ -11,6 +11,7 @@ import msgspec
 import numpy as np
 
 from missions.covered import covered_fraction, covers
+from missions.depth_map import draw_depth_map, maps, write_depth_map
 from missions.ending import Ending, MissionWatch, VehicleRecord
 from missions.summary import Summary, VehicleSummary
 from missions.yardstick import map_of_arrays, merged, share_seen
@@ -19,6 +20,7 @@ from vehicle_agent.behaviour.map_exchange import MapExchange
 from vehicle_agent.behaviour.outfit import make_shared_map
 from vehicle_agent.domain.elevation import ElevationMap
 from vehicle_agent.domain.frames import FloatArray
+from vehicle_agent.domain.landmark_atlas import LandmarkAtlas
 from vehicle_agent.domain.polygon import BoolArray
 from vehicle_agent.domain.team_map import TeamMap
 from vehicle_agent.mission.load import MissionPlan
@@ -125,6 +127,10 @@ def summarise(
         places = {name: r.worked_at_m for name, r in watch.vehicles.items() if r.worked_at_m is not None}
         assert isinstance(joined, ElevationMap)
         covered = covered_fraction(plan, joined.elevation_m if elevation_m is None else elevation_m, places)
+    map_error_m = None
+    if isinstance(joined, LandmarkAtlas) and (drawn := draw_depth_map(plan, joined, elevation_m)) is not None:
+        write_depth_map(plan, drawn, run_dir)
+        map_error_m = drawn.rms_error_m
     referee = read_referee(run_dir)
     within = _unknown_surface(plan, joined) if reachable is None else reachable
     observed_fraction = share_seen(joined.observed, within)
@@ -138,10 +144,11 @@ def summarise(
         title=plan.mission.title,
         seed=plan.mission.seed,
         speedup=plan.mission.simulation.speedup,
-        verdict=verdict(facts, vehicles, 1.0 if covers(plan) else observed_fraction),
+        verdict=verdict(facts, vehicles, 1.0 if covers(plan) or maps(plan) else observed_fraction),
         ending=facts.ending.value,
         observed_fraction=observed_fraction,
         covered_fraction=covered,
+        map_error_m=map_error_m,
         truth_known=reachable is not None,
         elapsed_s=watch.elapsed_s,
         wall_s=facts.wall_s,

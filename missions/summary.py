@@ -62,6 +62,8 @@ class Summary(msgspec.Struct, frozen=True, kw_only=True):
         Share of the reachable surface observed, on all maps together.
     covered_fraction
         Share of the area in sight at once from where the vehicles were last at work; None but for a task `cover`.
+    map_error_m
+        Root mean square error of the depth map; None but for a task `map` over a simulated surface.
     truth_known
         The reachable surface was worked out from the simulator's terrain; else it is the whole area.
     elapsed_s
@@ -90,6 +92,7 @@ class Summary(msgspec.Struct, frozen=True, kw_only=True):
     first_airborne_wall_s: float | None
     vehicles: list[VehicleSummary]
     covered_fraction: float | None = None
+    map_error_m: float | None = None
     min_separation_m: float | None = None
     fence_breaches: int | None = None
     crashes: int | None = None
@@ -132,6 +135,10 @@ def summary_text(summary: Summary, run_dir: Path) -> str:
     if summary.covered_fraction is not None:
         covered = f"{100 * summary.covered_fraction:.2f} % of the area at once, from where the team stayed"
         lines.insert(1, f"  covered    {covered}")
+    if summary.map_error_m is not None:
+        lines.insert(
+            2, f"  depth map  {summary.map_error_m:.2f} m root mean square error, in depth_map.csv, .asc and .npz"
+        )
     if summary.first_airborne_wall_s is not None:
         lines.append(f"  airborne   first vehicle after {summary.first_airborne_wall_s:.1f} s")
     if summary.fence_breaches is not None:

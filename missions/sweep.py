@@ -13,6 +13,7 @@ import numpy as np
 
 from missions.catalogue import load_named_mission
 from missions.covered import covers
+from missions.depth_map import maps
 from missions.flown import Changes
 from missions.lockstep import LockstepResult, simulate
 from missions.report import AIM_FRACTION
@@ -123,6 +124,8 @@ def _text(result: LockstepResult, out: Path | None) -> str:
     ]
     if covers(result.plan):
         lines.append(f"  {100 * result.covered_fraction:.2f} % of the area covered at once, from where the team stayed")
+    if figures["map_error_m"] is not None:
+        lines.append(f"  depth map with a root mean square error of {figures['map_error_m']:.2f} m")
     for name, vehicle in figures["vehicles"].items():
         lines.append(
             f"  {name:<12} {'home' if vehicle['finished'] else 'NOT HOME':<8} {vehicle['distance_m'] / 1000:6.1f} km  "
@@ -136,7 +139,7 @@ def _text(result: LockstepResult, out: Path | None) -> str:
 
 def _is_good(result: LockstepResult) -> bool:
     return (
-        (result.observed_fraction >= AIM_FRACTION or covers(result.plan))
+        (result.observed_fraction >= AIM_FRACTION or covers(result.plan) or maps(result.plan))
         and all(result.finished)
         and not any(result.crashed)
         and result.min_separation_m >= min(MIN_SEPARATION_M, 0.5 * result.plan.mission.safety.separation_m)

@@ -38,8 +38,8 @@ def map_of_arrays(plan: MissionPlan, arrays: Mapping[str, npt.NDArray[Any]]) -> 
 
         return VoxelMap.of_arrays(voxels, arrays)
     if isinstance(plan.mission.task, MapTask):
-        from vehicle_agent.behaviour.landmark_share import landmark_params
         from vehicle_agent.domain.landmark_atlas import LandmarkAtlas
+        from vehicle_agent.mission.sounding import landmark_params
 
         return LandmarkAtlas.of_arrays(plan.grid, landmark_params(plan), len(plan.mission.vehicles), arrays)
     return ElevationMap.of_arrays(plan.grid, arrays)

@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from vehicle_agent.behaviour.drift import Drift
-from vehicle_agent.behaviour.landmark_share import LandmarkShare, beam_of
+from vehicle_agent.behaviour.landmark_share import LandmarkShare
 from vehicle_agent.behaviour.landmark_talk import LandmarkTalk
 from vehicle_agent.behaviour.leg import Leg, stopping_point
 from vehicle_agent.behaviour.navigator import Arrived, Surroundings, allowed_cells
@@ -18,6 +18,7 @@ from vehicle_agent.domain.frames import FloatArray, Point
 from vehicle_agent.domain.polygon import BoolArray
 from vehicle_agent.mission.load import MissionPlan
 from vehicle_agent.mission.model import MapTask
+from vehicle_agent.mission.sounding import beam_of
 from vehicle_agent.planning.interface import Finished, Wait, Waypoint
 from vehicle_agent.planning.mapping.interface import HeightBand, MappingPlanner, MappingSituation
 from vehicle_agent.planning.travel import way_length_m
@@ -46,6 +47,7 @@ class DepthNavigator:
     """
 
     has_sector = False
+    is_idle = False
 
     def __init__(
         self,

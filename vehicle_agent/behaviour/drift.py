@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from vehicle_agent.behaviour.landmark_share import DRIFT_M_S, TYPICAL_SLOPE
+from vehicle_agent.mission.sounding import DRIFT_M_S, TYPICAL_SLOPE
 from vehicle_agent.ports import VehicleState
 
 FIX_DEPTH_M = 0.45

@@ -17,8 +17,11 @@ from vehicle_agent.domain.frames import FloatArray
 
 AT_ONCE = 2_000
 """Places worked out together."""
-UNDERSTATED = 1.3
-"""Residuals of a fit understate what it leaves unexplained, by about this factor."""
+HELD_OUT_M = 3.5
+"""Soundings this near to one are held out with it when its prediction is judged."""
+SURPRISED_WITHIN_M = 8.0
+SECOND_THOUGHTS = 3
+"""How often the rises are corrected by how well held-out soundings are predicted."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,8 +46,14 @@ class Width:
     blind_m: float = 0.0
 
 
-BROAD, MIDDLE, NARROW = Width(30.0, 5.0), Width(10.0, 0.3, 14.0, 0.6), Width(3.2, 0.05, 6.0, 0.2)
-WIDTHS = (BROAD, MIDDLE, NARROW)
+WIDTHS = (
+    Width(32.0, 5.0),
+    Width(16.0, 0.6, 20.0, 0.8),
+    Width(8.0, 0.3, 12.0, 0.4),
+    Width(4.0, 0.1, 7.0, 0.2),
+    Width(2.0, 0.05, 6.0, 0.1),
+)
+"""Octaves from the size of a harbour basin to that of a rock."""
 
 
 class Relief:
@@ -66,22 +75,51 @@ class Relief:
             raise ValueError("a relief needs soundings, all finite")
         self._places, self._widths = places_en_m, widths
         self._mean = float(np.average(heights_m, weights=sds_m**-2.0))
-        self._left: list[FloatArray | None] = []
-        self._rises: list[FloatArray] = []
-        rest = heights_m - self._mean
-        covariance = np.zeros((len(places_en_m), len(places_en_m)))
-        for width in widths:
+        self._surprises: list[FloatArray] = []
+        self._left = self._leftovers(heights_m - self._mean, sds_m)
+        self._fit(heights_m - self._mean, sds_m)
+        for _ in range(SECOND_THOUGHTS):
+            self._surprises.append(self._held_out())
+            self._fit(heights_m - self._mean, sds_m)
+
+    def _leftovers(self, rest_m: FloatArray, sds_m: FloatArray) -> list[FloatArray | None]:
+        """Per width, the squares that the broader ones leave at every sounding, less its noise."""
+        leftovers: list[FloatArray | None] = []
+        covariance = np.zeros((len(self._places), len(self._places)))
+        for width in self._widths:
             left = None
             if width.seen_from_m is not None:
                 spread = sds_m**2 + width.blind_m**2
-                weights = cho_solve(cho_factor(covariance + np.diag(spread), lower=True), rest)
+                weights = cho_solve(cho_factor(covariance + np.diag(spread), lower=True), rest_m)
                 left = np.maximum((spread * weights) ** 2 - sds_m**2, 0.0)
-            self._left.append(left)
-            rise = self._rise(width, left, places_en_m)
-            self._rises.append(rise)
-            covariance += rise[:, None] * rise * _gaussians(places_en_m, places_en_m, width.width_m)
-        self._factor = cho_factor(covariance + np.diag(sds_m**2), lower=True)
-        self._weights = cho_solve(self._factor, rest)
+            leftovers.append(left)
+            rise = self._rise(width, left, self._places)
+            covariance += rise[:, None] * rise * _gaussians(self._places, self._places, width.width_m)
+        return leftovers
+
+    def _fit(self, rest_m: FloatArray, sds_m: FloatArray) -> None:
+        self._rises = self._rises_at(self._places)
+        covariance = np.diag(sds_m**2)
+        for width, rise in zip(self._widths, self._rises, strict=True):
+            covariance += rise[:, None] * rise * _gaussians(self._places, self._places, width.width_m)
+        self._factor = cho_factor(covariance, lower=True)
+        self._weights: FloatArray = cho_solve(self._factor, rest_m)
+
+    def _held_out(self) -> FloatArray:
+        """(N, 2): square of what each sounding differs from its prediction by those not beside it, and its variance.
+
+        The soundings around a place are held out together, so that what counts is how well the gaps between tracks are
+        filled, not how well a track continues.
+        """
+        precision = cho_solve(self._factor, np.eye(len(self._places)))
+        away = np.hypot(*(self._places[:, None] - self._places).transpose(2, 0, 1))
+        surprises = np.empty((len(self._places), 2))
+        for sounding in range(len(self._places)):
+            beside = np.flatnonzero(away[sounding] < HELD_OUT_M)
+            predicted = np.linalg.inv(precision[np.ix_(beside, beside)])
+            own = int(np.flatnonzero(beside == sounding)[0])
+            surprises[sounding] = float(predicted[own] @ self._weights[beside]) ** 2, predicted[own, own]
+        return surprises
 
     def heights_at(self, places_en_m: FloatArray) -> FloatArray:
         """The surface at places, (M, 2) -> (M,) float64 metres."""
@@ -118,7 +156,17 @@ class Relief:
         return covariance
 
     def _rises_at(self, places_en_m: FloatArray) -> list[FloatArray]:
-        return [self._rise(width, left, places_en_m) for width, left in zip(self._widths, self._left, strict=True)]
+        rises = [self._rise(width, left, places_en_m) for width, left in zip(self._widths, self._left, strict=True)]
+        near = _gaussians(places_en_m, self._places, SURPRISED_WITHIN_M)
+        for surprise in self._surprises:
+            usual = surprise[:, 1].mean()
+            more = np.sqrt((near @ surprise[:, 0] + usual) / (near @ surprise[:, 1] + usual))
+            more = np.clip(more, 0.5, 2.0)
+            rises = [
+                rise if width.seen_from_m is None else rise * more
+                for width, rise in zip(self._widths, rises, strict=True)
+            ]
+        return rises
 
     def _rise(self, width: Width, left: FloatArray | None, places_en_m: FloatArray) -> FloatArray:
         """How high the Gaussians of one width rise at places, from the squares that broader ones leave around."""
@@ -126,7 +174,7 @@ class Relief:
             return np.full(len(places_en_m), width.height_m)
         near = _gaussians(places_en_m, self._places, width.seen_from_m)
         mean = (near @ left + width.height_m**2) / (near.sum(axis=1) + 1.0)
-        rise: FloatArray = np.sqrt(UNDERSTATED * mean)
+        rise: FloatArray = np.sqrt(mean)
         return rise
 
 

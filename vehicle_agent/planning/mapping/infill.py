@@ -42,22 +42,23 @@ def most_telling_way(
     way[0, 0], way[0, 1] = east_m, north_m
     corners, gone_m = 1, 0.0
     detours, places = np.empty(count), np.ones(count, dtype=np.int64)
-    gains = np.empty(count)
+    visited = np.zeros(count, dtype=np.bool_)
     for node in range(count):
         detours[node] = math.hypot(nodes_en_m[node, 0] - east_m, nodes_en_m[node, 1] - north_m)
     while corners < LONGEST_WAY:
         best, chosen = 0.0, -1
         for node in range(count):
-            if gone_m + detours[node] > length_m or covariance_m2[node, node] < 1e-9:
+            if visited[node] or gone_m + detours[node] > length_m:
                 continue
             gain = 0.0
             for other in range(count):
                 gain += weights[other] * covariance_m2[node, other] ** 2
-            gains[node] = gain / (covariance_m2[node, node] + sounding_m2) / (detours[node] + turn_m)
-            if gains[node] > best:
-                best, chosen = gains[node], node
+            gain /= (covariance_m2[node, node] + sounding_m2) * (detours[node] + turn_m)
+            if gain > best:
+                best, chosen = gain, node
         if chosen < 0:
             break
+        visited[chosen] = True
         place = places[chosen]
         for corner in range(corners, place, -1):
             way[corner] = way[corner - 1]

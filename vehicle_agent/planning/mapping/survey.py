@@ -21,7 +21,7 @@ from vehicle_agent.planning.mapping.infill import most_telling_way
 from vehicle_agent.planning.mapping.interface import MappingSituation
 from vehicle_agent.planning.mapping.survey_lines import Box, parallel_lines
 
-MOST_SOUNDINGS = 700
+MOST_SOUNDINGS = 350
 """Of more than these every n-th is left out, so that a decision stays quick."""
 
 
@@ -50,8 +50,8 @@ class SurveyParams:
     way_m: float
     lines_share: float = 0.5
     widest_m: float = 12.5
-    nodes: int = 400
-    look_ahead_m: float = 250.0
+    nodes: int = 324
+    look_ahead_m: float = 160.0
     part_m: float = 80.0
     turn_m: float = 4.0
     foreign_weight: float = 0.02
