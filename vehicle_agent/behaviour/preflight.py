@@ -10,6 +10,8 @@ from vehicle_agent.ports import ActionResult, SetParameter
 ATTEMPTS = 4
 CLIMB_ACCELERATION_M_S2 = 2.5
 """Brisker than ArduCopter's default of 1: over steep ground it is the climb that sets the pace."""
+SUBMARINE_SILENCE_S = 20.0
+"""Nothing falls out of the water: an agent that thinks for long need not bring its vehicle up."""
 RETURN_LANE_M = 15.0
 """Vehicles that return by themselves do so at different heights."""
 
@@ -56,7 +58,7 @@ def submarine_parameters_before_arming(plan: MissionPlan, index: int) -> tuple[S
     return (
         SetParameter("SYSID_MYGCS", float(plan.controller_system_id(index))),
         SetParameter("FS_GCS_ENABLE", 4.0),
-        SetParameter("FS_GCS_TIMEOUT", 5.0),
+        SetParameter("FS_GCS_TIMEOUT", SUBMARINE_SILENCE_S),
         SetParameter("FS_LEAK_ENABLE", 2.0),
         SetParameter("WPNAV_SPEED", vehicle.speed_m_s * 100.0),
         SetParameter("WPNAV_SPEED_UP", vehicle.climb_m_s * 100.0),
