@@ -63,7 +63,8 @@ SEVERITIES: Mapping[Kind, Severity] = {
 
 ADVICE: Mapping[Kind, tuple[str, str]] = {
     Kind.AGENT_DEAD: (
-        "its autopilot's failsafe brings it home; teammates take over its ground and keep its way home clear",
+        "its autopilot's failsafe brings it home, straight, also through no-fly zones; teammates take over its ground "
+        "and keep its way home clear",
         "watch it land; start its agent anew on the ground, or in the air to resume from its journal",
     ),
     Kind.OUT_OF_REACH: (

@@ -7,11 +7,12 @@ from typing import ClassVar
 
 from textual.binding import BindingType
 
+from ground_station.failsafe_ways import straight_home_through
 from ground_station.payload import NOTHING, Payload, described
 from ground_station.picture import CommandTrack, FleetState, VehiclePicture
 from ground_station.screens.dialog import Dialog
 from ground_station.views import palette
-from ground_station.views.ink import Line, Look, line_of
+from ground_station.views.ink import Line, Look, line_of, wrapped
 from vehicle_agent.wire.messages import Verb
 
 Send = Callable[[Verb, Sequence[str], Payload], int | None]
@@ -85,6 +86,8 @@ class CommandDialog(Dialog):
             line_of((f"{word}: {whom}{mark}", self.look.ink(palette.ACCENT, bold=True)), (f"  {meaning}", quiet)),
             (),
         ]
+        if track is None and self.verb is Verb.NO_FLY:
+            lines += self._failsafe_note(width)
         if self._unsent:
             lines.append(line_of(("not sent: there is no link to the fleet", self.look.ink(palette.BAD, bold=True))))
         rows = [
@@ -96,6 +99,14 @@ class CommandDialog(Dialog):
             rows = rows[first : first + room]
         keys = "enter send   up/down one vehicle   a all   esc cancel" if track is None else "enter or esc close"
         return [*lines, *rows, (), line_of((keys, quiet))]
+
+    def _failsafe_note(self, width: int) -> list[Line]:
+        """Agents keep out of a zone; an autopilot that has lost its agent knows nothing of it."""
+        names = straight_home_through(self.state, self.payload.polygon_cm)
+        if not names:
+            return []
+        text = f"should an agent die, its autopilot flies straight home through it: {', '.join(names)}"
+        return [*(line_of((piece, self.look.ink(palette.WARN))) for piece in wrapped(text, width)), ()]
 
     def _row(self, vehicle: VehiclePicture, track: CommandTrack | None) -> Line:
         chosen = vehicle.name in self.targets

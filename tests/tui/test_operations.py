@@ -85,6 +85,19 @@ async def test_a_polygon_is_drawn_with_keys_and_put_to_use(size: Size, key: str,
         assert (command.verb, command.targets, len(command.polygon_cm)) == (verb, NAMES, 4)
 
 
+async def test_a_zone_across_a_way_home_tells_what_an_autopilot_alone_would_do(size: Size) -> None:
+    bench = Bench()
+    async with bench.app.run_test(size=size) as pilot:
+        await fly(bench, pilot)
+        bench.app.ask_for_polygon([(60.0, 40.0), (70.0, 40.0), (70.0, 60.0), (60.0, 60.0)])
+        await bench.until(pilot, lambda: len(bench.app.screen_stack) > 1)
+        await press(bench, pilot, "n")
+        await bench.until(pilot, lambda: "No-fly zone 1" in bench.dialog)
+        words = " ".join(bench.dialog.split())
+        assert "should an agent die, its autopilot flies straight home through it: osprey" in words
+        assert "its autopilot flies straight home" not in bench.text("events")
+
+
 async def test_corners_are_set_with_the_mouse_too() -> None:
     bench = Bench()
     async with bench.app.run_test(size=(120, 40)) as pilot:
