@@ -29,6 +29,8 @@ class MappingCaoParams:
         Configurations per step (N); at least twice the number of coordinates, as footnote 5 asks.
     extra_window
         Measurements kept beyond the number of basis functions (T_h).
+    degree
+        Of the polynomials in each vehicle's position that the objective is fitted by, 1 to 3.
     """
 
     step_m: float
@@ -36,14 +38,22 @@ class MappingCaoParams:
     decay: float = 0.51
     candidates: int = 150
     extra_window: int = 10
+    degree: int = 1
+
+    def __post_init__(self) -> None:
+        if not 0.5 < self.decay <= 1.0:
+            raise ValueError("decay must be above 1/2 and at most 1, or the steps break eq. 23")
+        if self.degree not in (1, 2, 3):
+            raise ValueError("degree must be 1, 2 or 3")
 
 
 class MappingCao:
-    """Fits the objective by polynomials of the third degree in each vehicle's position, and climbs the fit."""
+    """Fits the objective by polynomials in each vehicle's position, and climbs the fit."""
 
     def __init__(self, params: MappingCaoParams, vehicles: int, rng: np.random.Generator) -> None:
         self._params, self._rng = params, rng
-        window = 1 + vehicles * (CUBIC_MONOMIALS - 1) + params.extra_window
+        self._columns = _monomials_up_to(params.degree)
+        window = 1 + vehicles * len(self._columns) + params.extra_window
         self._measured: deque[tuple[FloatArray, float]] = deque(maxlen=window)  # eq. 21
         self._steps = 0
 
@@ -67,13 +77,18 @@ class MappingCao:
         places = np.array([team for team, _ in self._measured])
         objectives = np.array([objective for _, objective in self._measured])
         scale = max(step_m, float(np.abs(places - here).max()))
-        weights = least_squares(_regressors((places - here) / scale), objectives)  # eq. 21
-        promise: FloatArray = _regressors((candidates - here) / scale) @ weights  # eq. 20
+        weights = least_squares(self._regressors((places - here) / scale), objectives)  # eq. 21
+        promise: FloatArray = self._regressors((candidates - here) / scale) @ weights  # eq. 20
         return promise
 
+    def _regressors(self, teams: FloatArray) -> FloatArray:
+        """phi: a constant and the monomials of each vehicle's position, (M, vehicles, 3) -> (M, L)."""
+        count, vehicles, _ = teams.shape
+        each = cubic_monomials(np.ascontiguousarray(teams.reshape(-1, 3))).reshape(count, vehicles, CUBIC_MONOMIALS)
+        return np.column_stack((np.ones(count), each[:, :, self._columns].reshape(count, -1)))
 
-def _regressors(teams: FloatArray) -> FloatArray:
-    """phi: a constant, and all monomials up to the third degree of each vehicle's position, (M, V, 3) -> (M, L)."""
-    count, vehicles, _ = teams.shape
-    each = cubic_monomials(np.ascontiguousarray(teams.reshape(-1, 3))).reshape(count, vehicles, CUBIC_MONOMIALS)
-    return np.column_stack((np.ones(count), each[:, :, 1:].reshape(count, -1)))
+
+def _monomials_up_to(degree: int) -> list[int]:
+    """Columns of `cubic_monomials` of at most this degree, the constant left out."""
+    degrees = [u + v + w for u in range(4) for v in range(4 - u) for w in range(4 - u - v)]
+    return [column for column, each in enumerate(degrees) if 0 < each <= degree]

@@ -153,6 +153,9 @@ class ViewpointPlanner:
         here = np.array(situation.position_enu_m)
         ends = here + situation.reach_m * sites.ways
         ends[:, 2] = np.clip(ends[:, 2], situation.band.lowest_m, situation.band.highest_m)
+        ends = ends[np.linalg.norm(ends - here, axis=1) <= situation.reach_m * (1.0 + 1e-9)]
+        if len(ends) == 0:
+            return None
         ends = ends[situation.admissible(ends)]
         if len(ends) == 0:
             return None
