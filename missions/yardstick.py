@@ -26,6 +26,10 @@ def observable(plan: MissionPlan, world: World) -> BoolArray:
         from sim_bridge.observable import observable_surface  # its kernels load only where there is a town
 
         return observable_surface(plan, world.town)
+    if isinstance(plan.mission.task, MapTask):
+        from sim_bridge.soundable import soundable_cells
+
+        return soundable_cells(plan, world)
     from sim_bridge.reach import reachable_cells
 
     return reachable_cells(plan, world)
