@@ -36,6 +36,8 @@ MEASURED_WALL_S = 5.0
 FASTEST = 100.0
 SLOWER = 0.8
 """A speed-up that was too fast is followed by this share of it."""
+TIME_TOLD_BYTES = 8_192
+"""At the end of what a client has read there is a position, with its time."""
 TRIES = 2
 """A machine that does something else meanwhile makes late ticks that are not the simulator's."""
 CONTROLLER_ID = 255
@@ -51,7 +53,7 @@ class Measurement:
     cpu_s
         CPU time of the simulator while it was measured.
     simulated_s
-        Simulated seconds in that time.
+        Simulated seconds in that time, as the first vehicle tells them: fewer than were asked for when it is late.
     late_ticks
         Steps that ran more than 50 ms late, from start to end.
     bytes_heard
@@ -131,12 +133,12 @@ def measure(vehicles: int, speedup: float) -> Measurement:
         mission.write_text(_mission(vehicles, speedup, ports))
         with _simulator(mission, Path(folder)) as process, _clients(vehicles, ports) as sockets:
             _take_off(sockets)
-            _drain(sockets, SETTLE_WALL_S)
-            before_s, began_s = _cpu_s(process.pid), time.monotonic()
-            heard = _drain(sockets, MEASURED_WALL_S)
-            cpu_s, wall_s = _cpu_s(process.pid) - before_s, time.monotonic() - began_s
+            _, began_s = _drain(sockets, SETTLE_WALL_S)
+            before_s = _cpu_s(process.pid)
+            heard, ended_s = _drain(sockets, MEASURED_WALL_S)
+            cpu_s = _cpu_s(process.pid) - before_s
         result = json.loads((Path(folder) / "sim_result.json").read_text())
-    return Measurement(vehicles, speedup, cpu_s, wall_s * speedup, int(result["late_ticks"]), heard)
+    return Measurement(vehicles, speedup, cpu_s, ended_s - began_s, int(result["late_ticks"]), heard)
 
 
 def _mission(vehicles: int, speedup: float, first_port: int) -> str:
@@ -238,9 +240,9 @@ def _command(target: int, number: int, *parameters: float) -> Any:
     return mavlink.MAVLink_command_long_message(target, 1, number, 0, *values)
 
 
-def _drain(sockets: Sequence[socket.socket], seconds: float) -> int:
-    """Read what comes for so long; returns the number of bytes."""
-    end_s, heard = time.monotonic() + seconds, 0
+def _drain(sockets: Sequence[socket.socket], seconds: float) -> tuple[int, float]:
+    """Read what comes for so long; returns the number of bytes and the first vehicle's time at the end, seconds."""
+    end_s, heard, last = time.monotonic() + seconds, 0, b""
     with selectors.DefaultSelector() as selector:
         for connection in sockets:
             selector.register(connection, selectors.EVENT_READ)
@@ -252,7 +254,12 @@ def _drain(sockets: Sequence[socket.socket], seconds: float) -> int:
                 if not data:
                     raise MissionError("the simulator closed a connection; see its own message")
                 heard += len(data)
-    return heard
+                if ready.fileobj is sockets[0]:
+                    last = (last + data)[-TIME_TOLD_BYTES:]
+    stamps = [m.time_boot_ms for m in new_codec(0).parse_buffer(last) or () if m.get_type() == "GLOBAL_POSITION_INT"]
+    if not stamps:
+        raise MissionError("the simulator sent no positions; see its own message")
+    return heard, stamps[-1] / 1000.0
 
 
 def _cpu_s(pid: int) -> float:
