@@ -166,9 +166,7 @@ def _read(plan: MissionPlan, grid: VoxelGrid, file: str) -> BoolArray:
     except (OSError, ValueError, EOFError, IndexError, zipfile.BadZipFile, zlib.error) as error:
         raise MissionError(f"{path}: cannot be read as a town ({error}); save it anew with numpy.savez") from None
     if solid.shape != grid.shape:
-        raise MissionError(
-            f"{path}: `solid` has shape {solid.shape}, but the area's voxels are {grid.shape}; match them"
-        )
+        raise MissionError(f"{path}: `solid` is {solid.shape}, but the area's voxels are {grid.shape}; match them")
     if not solid[:, :, 0].all():
         raise MissionError(f"{path}: the lowest layer of `solid` is the ground and must be true everywhere; fill it")
     return solid

@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
-from sim_bridge.observable import observable_of
 from missions.bench.pool import measure_all
 from missions.bench.results import Row, save_rows
 from missions.bench.urban_run import UrbanExploration, UrbanParams, UrbanRun
+from sim_bridge.observable import observable_of
 from sim_bridge.town import TownParams, draw_town
 from vehicle_agent.domain.ray_fan import down_looking_fan
 from vehicle_agent.domain.voxel_grid import VoxelGrid

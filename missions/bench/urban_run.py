@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -13,7 +13,8 @@ from vehicle_agent.domain.polygon import BoolArray
 from vehicle_agent.domain.ray_fan import RayFan, rays_until
 from vehicle_agent.domain.voxel_grid import VoxelGrid
 from vehicle_agent.domain.voxels import OCCUPIED, VoxelMap
-from vehicle_agent.planning.voxel_explorer import Voxel, VoxelExplorer, VoxelPicture, VoxelTeammate
+from vehicle_agent.planning.voxel_explorer import Voxel, VoxelExplorer, VoxelTeammate
+from vehicle_agent.planning.voxel_picture import VoxelPicture
 
 IDLE_S = 4
 """A vehicle with nothing to do asks again after so many seconds, when the map has changed."""
@@ -193,7 +194,7 @@ class UrbanExploration:
             around = np.indices(passable[box].shape)
             away = [around[axis] + low[axis] - mate.voxel[axis] for axis in range(3)]
             passable[box] &= away[0] ** 2 + away[1] ** 2 + away[2] ** 2 >= keep**2
-        return VoxelPicture(picture.states, passable, picture.frontier, picture.ceiling)
+        return replace(picture, passable=passable)
 
 
 def _closest_m(positions_enu_m: FloatArray) -> float:

@@ -204,6 +204,8 @@ class Flight:
                 reason = target.why
             else:
                 self._fly(target)
+                if self.navigator.is_idle:
+                    self._claim.release()
             if self.standing.sector_cells is not None and not self.navigator.has_sector:
                 self.standing.drop_sector()
                 self._voice.say(Orders, **self.standing.fields())

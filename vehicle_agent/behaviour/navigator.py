@@ -86,7 +86,11 @@ class Navigator:
         The planner's last decision while it is pursued.
     why
         For a person to read.
+    is_idle
+        It has nothing to do and claims nothing, though others still work.
     """
+
+    is_idle = False
 
     def __init__(self, plan: MissionPlan, index: int, planner: Planner, team_map: ElevationMap) -> None:
         vehicle = plan.mission.vehicles[index]

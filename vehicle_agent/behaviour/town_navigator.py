@@ -8,6 +8,7 @@ what it went for and still does not see stays out of sight from there and is lef
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -22,7 +23,8 @@ from vehicle_agent.domain.voxels import UNKNOWN
 from vehicle_agent.mission.load import MissionPlan
 from vehicle_agent.planning.constraints import Traffic
 from vehicle_agent.planning.interface import Finished, Waypoint
-from vehicle_agent.planning.voxel_explorer import Voxel, VoxelExplorer, VoxelPicture, VoxelTeammate, without_traffic
+from vehicle_agent.planning.voxel_explorer import Voxel, VoxelExplorer, VoxelTeammate
+from vehicle_agent.planning.voxel_picture import VoxelPicture, without_traffic
 from vehicle_agent.ports import VehicleState
 
 ARRIVED_M, SLOW_M_S = 0.5, 0.6
@@ -52,6 +54,8 @@ class TownNavigator:
         The end of that leg with what it is flown for; None when that is nothing that teammates should leave to it.
     why
         For a person to read.
+    is_idle
+        It has nothing to do and claims nothing, though others still work.
     """
 
     has_sector = False
@@ -74,6 +78,7 @@ class TownNavigator:
         self.leg: Leg | None = None
         self.waypoint: Waypoint | None = None
         self.why = ""
+        self.is_idle = False
 
     def work(self, around: Surroundings) -> Point | Finished | None:
         """Next target to fly to, Finished when nothing more can be seen, or None to carry on."""
@@ -137,6 +142,7 @@ class TownNavigator:
         ]
         self._arrived = None
         route = self._explorer.ask(picture, here, mates)
+        self.is_idle = route is None
         if route is not None:
             self._way, self._goal, self.why = route.voxels[1:], self._goal_of(picture), route.why
             self._blocked = 0
@@ -289,7 +295,7 @@ class TownNavigator:
         legs = [(leg.start_enu_m, leg.end_enu_m) for leg in around.reservations]
         keep_m = self._plan.mission.safety.separation_m + ROOM_M
         passable = without_traffic(passable, self._grid, legs, around.state.position_enu_m, keep_m)
-        return VoxelPicture(shown.states, passable, frontier, shown.ceiling)
+        return replace(shown, passable=passable, frontier=frontier)
 
     # Where it is
 

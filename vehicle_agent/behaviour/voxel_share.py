@@ -17,7 +17,7 @@ from vehicle_agent.domain.ray_fan import RayFan, down_looking_fan
 from vehicle_agent.domain.voxel_evidence import VoxelEvidence, is_occupied
 from vehicle_agent.domain.voxel_grid import VoxelGrid
 from vehicle_agent.domain.voxels import FREE, OCCUPIED, VoxelMap
-from vehicle_agent.planning.voxel_explorer import VoxelPicture
+from vehicle_agent.planning.voxel_picture import VoxelPicture
 from vehicle_agent.ports import SensorScan
 from vehicle_agent.wire.cells import MAX_STAMP_MS
 from vehicle_agent.wire.voxel_blob import pack_voxels, unpack_voxels

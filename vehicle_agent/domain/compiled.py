@@ -12,6 +12,9 @@ R = TypeVar("R")
 
 
 def compiled(function: Callable[P, R]) -> Callable[P, R]:
-    """Compile at the first call and keep the result in the cache beside the source (or in the user's cache folder)."""
-    kernel: Callable[P, R] = njit(cache=True)(function)
+    """Compile at the first call and keep the result in the cache beside the source (or in the user's cache folder).
+
+    While it runs, other threads may: a heartbeat does not wait for a plan.
+    """
+    kernel: Callable[P, R] = njit(cache=True, nogil=True)(function)
     return kernel

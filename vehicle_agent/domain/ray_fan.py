@@ -168,17 +168,18 @@ def sees_first(states: ByteArray, steps: StepArray, firsts: IndexArray, ray: int
 @compiled
 def count_seen(
     states: ByteArray, steps: StepArray, firsts: IndexArray, ray_to: npt.NDArray[np.int32],
-    places: IndexArray, wanted: IndexArray, enough: int,
-) -> IndexArray:  # fmt: skip
-    """How many of some voxels would be seen for sure from each of some places: (P,) int64.
+    places: IndexArray, wanted: IndexArray, weights: FloatArray, enough: float,
+) -> FloatArray:  # fmt: skip
+    """Weight of those among some voxels that would be seen for sure from each of some places: (P,) float64.
 
     Parameters
     ----------
     places : (P, 3) and wanted : (W, 3) int64 voxels, both inside the grid.
+    weights : (W,) float64.
     enough : count no further than this.
     """
     reach = ray_to.shape[2] - 1
-    seen = np.zeros(len(places), dtype=np.int64)
+    seen = np.zeros(len(places))
     for place in range(len(places)):
         u, v, w = places[place]
         for index in range(len(wanted)):
@@ -187,7 +188,7 @@ def count_seen(
                 continue
             ray = ray_to[du + reach, dv + reach, dw]
             if ray >= 0 and sees_first(states, steps, firsts, ray, u, v, w):
-                seen[place] += 1
+                seen[place] += weights[index]
                 if seen[place] >= enough:
                     break
     return seen
@@ -222,13 +223,15 @@ def first_with_view(
 
 
 @compiled
-def unknown_met(states: ByteArray, steps: StepArray, firsts: IndexArray, places: IndexArray, stride: int) -> IndexArray:
-    """How many unknown voxels rays from some places meet before something occupied, every `stride`-th ray: (P,) int64.
+def unknown_met(
+    states: ByteArray, steps: StepArray, firsts: IndexArray, places: IndexArray, stride: int, above_ground: float
+) -> FloatArray:
+    """Surface expected where rays from some places aim at unknown voxels before something occupied: (P,) float64.
 
-    A voxel counts once for each ray, so near ones count more than far ones.
+    Every `stride`-th ray counts: 1 when it aims at the lowest layer, which is ground, else `above_ground`.
     """
     columns, rows, layers = states.shape
-    met = np.zeros(len(places), dtype=np.int64)
+    met = np.zeros(len(places))
     for place in range(len(places)):
         u, v, w = places[place]
         for ray in range(place % stride, len(firsts) - 1, stride):
@@ -240,5 +243,5 @@ def unknown_met(states: ByteArray, steps: StepArray, firsts: IndexArray, places:
                 if state == OCCUPIED:
                     break
                 if state == UNKNOWN and step == firsts[ray + 1] - 1:
-                    met[place] += 1
+                    met[place] += 1.0 if c == 0 else above_ground
     return met

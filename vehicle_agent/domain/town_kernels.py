@@ -21,8 +21,8 @@ def warm_up() -> None:
     states, spots = voxels.states(), np.ones((1, 3), dtype=np.int64)
     voxels.first_observer_share(0)
     voxel_distances(np.ones((4, 4, 4), dtype=np.bool_), 0, np.empty(0, dtype=np.bool_), 0)
-    count_seen(states, fan.steps, fan.firsts, fan.ray_to, spots, spots, 1)
-    unknown_met(states, fan.steps, fan.firsts, spots, 1)
+    count_seen(states, fan.steps, fan.firsts, fan.ray_to, spots, spots, np.ones(1), 1.0)
+    unknown_met(states, fan.steps, fan.firsts, spots, 1, 0.1)
     crossings = fan.crossings
     first_with_view(
         states, fan.steps, fan.firsts, fan.reach, crossings.firsts, crossings.rays, crossings.steps, spots, spots

@@ -9,59 +9,23 @@ of its sensor reaches it through known free voxels, so that every such visit mak
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from vehicle_agent.domain.frames import FloatArray, Point
+from vehicle_agent.domain.frames import FloatArray
 from vehicle_agent.domain.grid import IndexArray
 from vehicle_agent.domain.polygon import BoolArray
 from vehicle_agent.domain.ray_fan import RayFan, count_seen, first_with_view, unknown_met
 from vehicle_agent.domain.tours import share_out
-from vehicle_agent.domain.voxel_evidence import ByteArray
-from vehicle_agent.domain.voxel_grid import VoxelGrid
-from vehicle_agent.domain.voxel_paths import UNIT, UNREACHED, trace_voxels, voxel_distances, with_clearance
-from vehicle_agent.domain.voxels import FREE, UNKNOWN
+from vehicle_agent.domain.voxel_paths import UNIT, UNREACHED, trace_voxels, voxel_distances
+from vehicle_agent.domain.voxels import UNKNOWN
+from vehicle_agent.planning.voxel_picture import VoxelPicture
 
 Voxel = tuple[int, int, int]
 MOST_COMPARED, SPARSE = 24, 16
 """Places of which the whole view is estimated, and every how manyth ray is followed for that."""
-
-
-@dataclass(frozen=True, slots=True)
-class VoxelPicture:
-    """What a map shows at one moment, shared by all who decide on it.
-
-    Attributes
-    ----------
-    states : (U, V, W) uint8.
-    passable : (U, V, W) bool, known free with clearance and not above the ceiling.
-    frontier : (U, V, W) bool, unknown, not above the ceiling, known free beside it or above it: rays never rise.
-    ceiling : highest layer in which vehicles fly; what is above is known to be clear.
-    """
-
-    states: ByteArray
-    passable: BoolArray
-    frontier: BoolArray
-    ceiling: int
-
-    @classmethod
-    def of(cls, states: ByteArray, ceiling: int) -> VoxelPicture:
-        free = states == FREE
-        beside = np.zeros(states.shape, dtype=np.bool_)
-        beside[:, :, :-1] |= free[:, :, 1:]
-        for axis in range(2):
-            out, line = np.moveaxis(beside, axis, 0), np.moveaxis(free, axis, 0)
-            out[1:] |= line[:-1]
-            out[:-1] |= line[1:]
-        frontier = (states == UNKNOWN) & beside
-        frontier[:, :, ceiling + 1 :] = False
-        free[:, :, ceiling + 1 :] = True
-        passable = with_clearance(free)
-        passable[:, :, ceiling + 1 :] = False
-        return cls(states, passable, frontier, ceiling)
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +56,7 @@ class VoxelExplorerParams:
     service
         Way that looking through a whole patch costs in a tour.
     full_patch
-        Frontier voxels in a patch that takes the whole service.
+        Surface expected at the frontiers of a patch that takes the whole service, in voxels.
     untouched_share
         A patch of which less than this share is known is untouched.
     detour
@@ -103,16 +67,28 @@ class VoxelExplorerParams:
         At most so many frontier voxels of a patch are tried.
     passes
         Rounds of improvement of the tours.
+    likely
+        Chance of being surface from which on a frontier voxel alone is worth a way.
+    least
+        Surface expected at the frontiers of a patch below which it is left until nothing better is left.
+    above_ground
+        Chance that an unknown voxel behind the frontier is surface, where it is not the ground.
+    volume
+        Weight of what may lie behind the frontier against what is seen of the frontier for sure.
     """
 
     patch: int = 12
     service: float = 12.0
-    full_patch: int = 250
+    full_patch: int = 80
     untouched_share: float = 0.1
     detour: float = 15.0
     at_once: float = 4.0
     sampled: int = 120
     passes: int = 20
+    likely: float = 0.1
+    least: float = 0.02
+    above_ground: float = 0.1
+    volume: float = 1.0
 
     def __post_init__(self) -> None:
         if self.patch < 1 or self.sampled < 1 or self.full_patch < 1:
@@ -150,7 +126,7 @@ class VoxelExplorer:
         self._index = index
         self._fan = fan
         self._params = params or VoxelExplorerParams()
-        self._given_up: dict[int, int] = {}
+        self._given_up: dict[tuple[bool, int], int] = {}
         self._expected: IndexArray = np.empty(0, dtype=np.int64)
         self.patch: int | None = None
 
@@ -192,35 +168,41 @@ class VoxelExplorer:
         frontier = np.argwhere(picture.frontier)
         patches = self._patches(picture.states.shape)
         of_frontier = self._patch_of(frontier, picture.states.shape)
-        counts = np.bincount(of_frontier, minlength=len(patches))
+        worth = picture.worth[tuple(frontier.T)].astype(np.float64)
+        counts: FloatArray = np.bincount(of_frontier, weights=worth, minlength=len(patches)).astype(np.float64)
         known = self._known_per_patch(picture)
         around = _window_sums(known, self._grid_of_patches(picture.states.shape))
-        self._given_up = {p: k for p, k in self._given_up.items() if around[p] == k}
+        self._given_up = {(all_, p): k for (all_, p), k in self._given_up.items() if around[p] == k}
         search = _Search(picture, voxel)
+        everything = False
         while True:
-            open_patches = counts > 0
-            open_patches[list(self._given_up)] = False
+            open_patches = counts > (0.0 if everything else self._params.least)
+            open_patches[[patch for all_, patch in self._given_up if all_ == everything]] = False
             if not open_patches.any():
+                if not everything:
+                    everything = True
+                    continue
                 self.patch = None
                 return None
             if self.patch is not None and open_patches[self.patch]:
                 chosen = self.patch
             else:
                 chosen = self._choose(voxel, teammates, patches, counts, open_patches, known, picture)
-            route = self._route_to_view(search, frontier[of_frontier == chosen])
+            wanted = of_frontier == chosen
+            route = self._route_to_view(search, np.ascontiguousarray(frontier[wanted]), worth[wanted])
             if route is not None:
                 self.patch = chosen
                 return route
-            self._given_up[chosen] = int(around[chosen])
+            self._given_up[everything, chosen] = int(around[chosen])
 
     def _choose(
-        self, voxel: Voxel, teammates: list[VoxelTeammate], patches: FloatArray, counts: IndexArray,
+        self, voxel: Voxel, teammates: list[VoxelTeammate], patches: FloatArray, counts: FloatArray,
         open_patches: BoolArray, known: IndexArray, picture: VoxelPicture,
     ) -> int:  # fmt: skip
         """First patch of the own tour; for an untouched patch without frontier the open one nearest to it."""
         params = self._params
         volume = params.patch**2 * (picture.ceiling + 1)
-        untouched = (counts == 0) & (known < params.untouched_share * volume)
+        untouched = ~open_patches & (known < params.untouched_share * volume)
         claimed = [mate.patch for mate in teammates if mate.patch is not None]
         stops = open_patches | untouched
         stops[claimed] = False
@@ -247,7 +229,7 @@ class VoxelExplorer:
         way = np.hypot(*(patches[choices] - patches[first]).T) + 0.5 * np.hypot(*(patches[choices] - here).T)
         return int(choices[np.argmin(way)])
 
-    def _route_to_view(self, search: _Search, wanted: IndexArray) -> VoxelRoute | None:
+    def _route_to_view(self, search: _Search, wanted: IndexArray, worth: FloatArray) -> VoxelRoute | None:
         """Fly where most comes into view per way; None when nothing wanted can be seen from any place within reach.
 
         First some of the wanted voxels are tried from places not far beyond the nearest; then all from everywhere.
@@ -258,8 +240,9 @@ class VoxelExplorer:
         near = np.zeros(picture.states.shape, dtype=np.bool_)
         box = (slice(low[0], high[0]), slice(low[1], high[1]), slice(int(wanted[:, 2].min()), high[2]))
         near[box] = picture.passable[box]
-        some = wanted[:: max(1, len(wanted) // self._params.sampled)]
-        for tried, everywhere in ((some, False), (wanted, True)):
+        stride = max(1, len(wanted) // self._params.sampled)
+        some = (np.ascontiguousarray(wanted[::stride]), stride * worth[::stride])
+        for (tried, weights), everywhere in ((some, False), ((wanted, worth), True)):
             if everywhere:
                 distances, parents = search.everywhere()
             else:
@@ -269,9 +252,9 @@ class VoxelExplorer:
             if not everywhere:
                 kept = (spots % 2 == 0).all(axis=1) | (places == search.start)
                 places, spots = places[kept], spots[kept]
-            best = self._best_view(picture, spots, tried, distances[places])
+            best = self._best_view(picture, spots, tried, weights, distances[places])
             if best is not None:
-                self._expected = self._sure(picture, spots[best], tried)
+                self._expected = self._sure(picture, spots[best], tried, weights)
                 way = trace_voxels(parents, int(places[best]))
                 return VoxelRoute(way, f"looks at {len(self._expected)} frontier voxels from {len(way)} voxels away")
         return self._nearest_glimpse(search, wanted, near.ravel())
@@ -295,28 +278,38 @@ class VoxelExplorer:
         return VoxelRoute(trace_voxels(parents, int(places[place])), "has a glimpse of one hidden frontier voxel")
 
     def _best_view(
-        self, picture: VoxelPicture, spots: IndexArray, wanted: IndexArray, distances: npt.NDArray[np.int32]
+        self,
+        picture: VoxelPicture,
+        spots: IndexArray,
+        wanted: IndexArray,
+        worth: FloatArray,
+        distances: npt.NDArray[np.int32],
     ) -> int | None:
         fan, params = self._fan, self._params
-        seen = count_seen(picture.states, fan.steps, fan.firsts, fan.ray_to, spots, wanted, len(wanted))
+        seen = count_seen(picture.states, fan.steps, fan.firsts, fan.ray_to, spots, wanted, worth, np.inf)
         cost = distances / UNIT + params.at_once
         rate = seen / cost
         candidates = np.argsort(-rate, kind="stable")[:MOST_COMPARED]
         candidates = candidates[seen[candidates] > 0]
         if len(candidates) == 0:
             return None
-        met = unknown_met(picture.states, fan.steps, fan.firsts, spots[candidates], SPARSE)
-        gains = SPARSE * met + seen[candidates]
+        met = unknown_met(picture.states, fan.steps, fan.firsts, spots[candidates], SPARSE, params.above_ground)
+        gains = params.volume * SPARSE * met + seen[candidates]
         return int(candidates[np.argmax(gains / cost[candidates])])
 
-    def _sure(self, picture: VoxelPicture, spot: IndexArray, wanted: IndexArray) -> IndexArray:
-        """Flat indices of the wanted voxels that are seen for sure from a spot."""
+    def _sure(self, picture: VoxelPicture, spot: IndexArray, wanted: IndexArray, worth: FloatArray) -> IndexArray:
+        """Flat indices of the wanted voxels that are seen for sure from a spot: the likely ones where there are any."""
         fan = self._fan
+        one = np.ones(1)
         seen = [
-            count_seen(picture.states, fan.steps, fan.firsts, fan.ray_to, spot[None], wanted[i : i + 1], 1)[0] > 0
+            count_seen(picture.states, fan.steps, fan.firsts, fan.ray_to, spot[None], wanted[i : i + 1], one, 1.0)[0]
+            > 0
             for i in range(len(wanted))
         ]
-        flat = np.ravel_multi_index(tuple(wanted[np.array(seen)].T), picture.states.shape)
+        chosen = np.array(seen)
+        if (worth[chosen] >= self._params.likely).any():
+            chosen &= worth >= self._params.likely
+        flat = np.ravel_multi_index(tuple(wanted[chosen].T), picture.states.shape)
         return np.asarray(flat, dtype=np.int64)
 
     def _grid_of_patches(self, shape: tuple[int, ...]) -> tuple[int, int]:
@@ -343,41 +336,6 @@ class VoxelExplorer:
             axis=1,
         )
         return np.asarray(sums, dtype=np.int64).ravel()
-
-
-def without_traffic(
-    passable: BoolArray, grid: VoxelGrid, legs: Sequence[tuple[Point, Point]], here_enu_m: Point, keep_m: float
-) -> BoolArray:
-    """Passable voxels that keep a distance from straight legs; nearer ones as far as they are no nearer than here.
-
-    `legs` are (start, end) pairs in ENU metres; a vehicle that stays is a leg without length.
-    """
-    result = passable.copy()
-    here = np.array([here_enu_m])
-    for start_enu_m, end_enu_m in legs:
-        start, end = np.array(start_enu_m), np.array(end_enu_m)
-        least_m = min(keep_m, float(_distance_to_leg_m(here, start, end)[0]) - 0.1)
-        lowest = np.minimum(start, end) - keep_m - grid.corner_enu_m
-        highest = np.maximum(start, end) + keep_m - grid.corner_enu_m
-        low = np.clip(np.floor(lowest / grid.voxel_m).astype(int), 0, grid.shape)
-        high = np.clip(np.floor(highest / grid.voxel_m).astype(int) + 1, 0, grid.shape)
-        if least_m <= 0.0 or (high <= low).any():
-            continue
-        box = tuple(slice(first, last) for first, last in zip(low, high, strict=True))
-        around = np.stack(np.meshgrid(*(np.arange(b.start, b.stop) for b in box), indexing="ij"), axis=-1)
-        centres = grid.corner_enu_m + (around + 0.5) * grid.voxel_m
-        away = _distance_to_leg_m(centres.reshape(-1, 3), start, end).reshape(around.shape[:3])
-        result[box] &= away >= least_m
-    return result
-
-
-def _distance_to_leg_m(points: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
-    """(N, 3) -> (N,) float64, metres."""
-    along = end - start
-    squared = float(along @ along)
-    shares = np.clip((points - start) @ along / squared, 0.0, 1.0) if squared > 0.0 else np.zeros(len(points))
-    away: FloatArray = np.linalg.norm(points - start - shares[:, None] * along, axis=1)
-    return away
 
 
 def _start(mate: VoxelTeammate, patches: FloatArray) -> FloatArray:
