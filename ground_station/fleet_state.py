@@ -16,6 +16,7 @@ from dataclasses import replace
 
 import msgspec
 
+from ground_station.command_log import CommandLog
 from ground_station.conditions import astray_limit_m
 from ground_station.inputs import (
     Acknowledged,
@@ -31,11 +32,7 @@ from ground_station.inputs import (
 from ground_station.ledger import SequenceRanges
 from ground_station.liveliness import next_condition, transition_text
 from ground_station.map_intake import MapIntake
-from ground_station.payload import verb_word
 from ground_station.picture import (
-    COMMAND_TIMEOUT_S,
-    Answer,
-    CommandTrack,
     Condition,
     FleetState,
     LogEntry,
@@ -55,7 +52,6 @@ from vehicle_agent.wire.messages import (
     Landmarks,
     MapDelta,
     Orders,
-    Outcome,
     Repair,
     Severity,
     Status,
@@ -63,7 +59,6 @@ from vehicle_agent.wire.messages import (
 )
 
 MAX_LOG_ENTRIES = 5_000
-MAX_COMMANDS = 20
 MAX_SENDERS = 512
 EARLIEST_STAMP_MS = 946_684_800_000
 """2000-01-01: a stamp before it is an autopilot that does not know the time yet."""
@@ -101,7 +96,7 @@ class _Draft:
         self._maps = MapIntake(state)
         self._seen = dict(state.seen)
         self._log: list[LogEntry] = []
-        self._commands = list(state.commands)
+        self._commands = CommandLog(state)
         self._counters = state.counters
         self._started_ms = state.started_ms
         self._newest_ms = state.newest_ms
@@ -117,7 +112,7 @@ class _Draft:
             case AliveChanged():
                 self._alive(event)
             case CommandSent():
-                self._sent(event)
+                self._write(*self._commands.sent(event))
             case AutopilotHeard():
                 self._autopilot(event)
             case LinkCounted():
@@ -149,7 +144,7 @@ class _Draft:
             seen=self._seen,
             log=(*state.log, *self._log)[-MAX_LOG_ENTRIES:] if self._log else state.log,
             log_total=state.log_total + len(self._log),
-            commands=tuple(self._commands[-MAX_COMMANDS:]),
+            commands=self._commands.tracks,
             counters=counters,
             started_ms=self._started_ms,
             newest_ms=self._newest_ms,
@@ -163,7 +158,8 @@ class _Draft:
     def _hear(self, message: AnyMessage, arrival_s: float) -> None:
         vehicle = self._vehicles.get(message.sender)
         if isinstance(message, Command):
-            self._overhear(message)
+            if message.sender != self._state.station and self._is_new(message):
+                self._write(*self._commands.overheard(message), message.stamp_ms)
             return
         if vehicle is None:
             self._counters = replace(self._counters, foreign=self._counters.foreign + 1)
@@ -188,18 +184,11 @@ class _Draft:
             case Event():
                 self._write(message.sender, message.severity, message.code, message.text, message.stamp_ms)
             case CommandResult():
-                self._answer(message)
+                self._write(*self._commands.answered(message), message.stamp_ms)
             case Orders():
                 self._orders(vehicle, message)
             case _:
                 self._counters = replace(self._counters, foreign=self._counters.foreign + 1)
-
-    def _overhear(self, command: Command) -> None:
-        """Note what another station orders."""
-        if command.sender != self._state.station and self._is_new(command):
-            verb = verb_word(command.verb)
-            text = f"{verb} sent to {', '.join(command.targets)}"
-            self._write(command.sender, Severity.NOTICE, f"{verb}-sent", text, command.stamp_ms)
 
     def _is_new(self, message: AnyMessage) -> bool:
         life = (message.sender, message.boot_id)
@@ -261,23 +250,6 @@ class _Draft:
         if orders.boot_id not in vehicle.past_boots and not overtaken:
             self._put(replace(vehicle, orders=orders))
 
-    def _answer(self, result: CommandResult) -> None:
-        word = "accepted" if result.outcome is Outcome.ACCEPTED else "refused"
-        text = clean(result.text)
-        mine = (self._state.station, self._state.station_boot_id) == (result.station, result.station_boot_id)
-        asked_by = "" if mine else f" ({clean(result.station)})"
-        self._write(
-            result.sender,
-            Severity.NOTICE if result.outcome is Outcome.ACCEPTED else Severity.WARNING,
-            f"{verb_word(result.verb)}-{word}",
-            f"{verb_word(result.verb)} {word}{': ' if text else ''}{text}{asked_by}",
-            result.stamp_ms,
-        )
-        for at, track in enumerate(self._commands):
-            if mine and track.command.command_id == result.command_id and result.sender in track.command.targets:
-                answers = {**track.answers, result.sender: Answer(result.outcome, text)}
-                self._commands[at] = replace(track, answers=answers)
-
     # -- the station's own findings -------------------------------------------------------------------------------
 
     def _alive(self, event: AliveChanged) -> None:
@@ -294,13 +266,6 @@ class _Draft:
                 sources = (*others, (source, event.arrival_s))
                 picture = AutopilotPicture(event.arrival_s, event.armed, event.in_failsafe, sources)
                 self._put(replace(vehicle, autopilot=picture))
-
-    def _sent(self, event: CommandSent) -> None:
-        self._commands.append(CommandTrack(event.command, event.sent_s))
-        verb = verb_word(event.command.verb)
-        self._write(
-            self._state.station, Severity.NOTICE, f"{verb}-sent", f"{verb} sent to {', '.join(event.command.targets)}"
-        )
 
     def _tick(self, now_s: float) -> None:
         self._now_s = max(self._now_s, now_s)
@@ -322,15 +287,8 @@ class _Draft:
         vehicles = tuple(self._vehicles.values())
         for name, severity, code, text in self._troubles.look(vehicles, self._state.plan, self._now_s, pace):
             self._write(name, severity, code, text)
-        for at, track in enumerate(self._commands):
-            if self._now_s - track.sent_s < COMMAND_TIMEOUT_S:
-                continue
-            silent = frozenset(track.command.targets) - track.answers.keys() - track.timed_out
-            for name in sorted(silent):
-                verb = verb_word(track.command.verb)
-                text = f"{verb} not answered within {COMMAND_TIMEOUT_S:.0f} s"
-                self._write(name, Severity.WARNING, f"{verb}-timed-out", text)
-            self._commands[at] = replace(track, timed_out=track.timed_out | silent)
+        for news in self._commands.overdue(self._now_s):
+            self._write(*news)
 
     def _put(self, vehicle: VehiclePicture) -> None:
         self._vehicles[vehicle.name] = vehicle
