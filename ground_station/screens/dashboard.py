@@ -12,12 +12,13 @@ from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical
 from textual.screen import Screen
 
-from ground_station.picture import FleetState, LogEntry
+from ground_station.picture import FleetState
 from ground_station.team_map import contribution_curves
 from ground_station.views import palette
 from ground_station.views.cursor_view import cursor_lines
 from ground_station.views.curve_view import Curves, curve_lines
-from ground_station.views.event_view import EVERYTHING, EventFilter, event_lines, shown_entries
+from ground_station.views.event_view import EVERYTHING, EventFilter, event_lines
+from ground_station.views.event_window import EventWindow
 from ground_station.views.header_view import banner_line, header_line
 from ground_station.views.ink import Line, Look, line_of
 from ground_station.views.key_view import key_line
@@ -42,8 +43,8 @@ class Dashboard(Screen[None]):
         How the map is looked at.
     selected
         Name of the vehicle that was chosen; empty for none.
-    shown
-        Which events are listed.
+    events
+        How the event log is looked at.
     frame
         Counts the drawings.
     """
@@ -79,13 +80,12 @@ class Dashboard(Screen[None]):
         super().__init__()
         self.window = MapWindow()
         self.selected = ""
-        self.shown = EVERYTHING
+        self.events = EventWindow()
         self.frame = 0
         self._look = look
         self._remark = remark
         self._state: FleetState | None = None
         self._notice = ""
-        self._scrolled_to: int | None = None
         self._raster: Raster | None = None
         self._by_vehicle = False
         self._curves: tuple[tuple[int, int, int], Curves] | None = None
@@ -171,15 +171,16 @@ class Dashboard(Screen[None]):
         names = ["", *self._state.plan.vehicle_names]
         at = names.index(self.selected) if self.selected in names else 0
         self.selected = names[(at + step) % len(names)]
-        if self.shown.vehicle:
-            self.shown = replace(self.shown, vehicle=self.selected)
+        if self.events.shown.vehicle:
+            self.events = replace(self.events, shown=replace(self.events.shown, vehicle=self.selected))
         self.redraw()
 
     def action_severity(self) -> None:
-        self._show_events(self.shown.with_next_severity())
+        self._show_events(self.events.shown.with_next_severity())
 
     def action_only_selected(self) -> None:
-        self._show_events(replace(self.shown, vehicle="" if self.shown.vehicle else self.selected))
+        shown = self.events.shown
+        self._show_events(replace(shown, vehicle="" if shown.vehicle else self.selected))
 
     def action_let_go(self) -> None:
         """Give up, one after the other: the polygon being drawn, the cursor, the filter, the choice."""
@@ -187,7 +188,7 @@ class Dashboard(Screen[None]):
             self.look_differently(replace(self.window, drawn_en_m=()))
         elif self.window.cursor_en_m is not None:
             self.look_differently(replace(self.window, cursor_en_m=None))
-        elif self.shown != EVERYTHING:
+        elif self.events.shown != EVERYTHING:
             self._show_events(EVERYTHING)
         else:
             self.selected = ""
@@ -195,14 +196,9 @@ class Dashboard(Screen[None]):
 
     def action_scroll_events(self, entries: int) -> None:
         """Go back (positive) or forward in the event log; at its end it follows new events again."""
-        state = self._state
-        listed = shown_entries(state, self.shown) if state is not None else ()
-        if not listed:
-            return
-        at = len(listed) - 1 - self._back(listed)
-        target = max(0, at - entries)
-        self._scrolled_to = None if target >= len(listed) - 1 else listed[target].number
-        self.redraw()
+        if self._state is not None:
+            self.events = self.events.scrolled(self._state, entries)
+            self.redraw()
 
     def on_click(self, event: events.Click) -> None:
         place = self._place_under(event)
@@ -245,8 +241,7 @@ class Dashboard(Screen[None]):
         return None if position is None else position[:2]
 
     def _show_events(self, shown: EventFilter) -> None:
-        self.shown = shown
-        self._scrolled_to = None
+        self.events = self.events.showing(shown)
         self.redraw()
 
     # -- drawing --------------------------------------------------------------------------------------------------
@@ -273,8 +268,8 @@ class Dashboard(Screen[None]):
         roster = self._lines("roster")
         roster.show(roster_lines(state, roster.size.width, roster.size.height, look, self.selected))
         log = self._lines("events")
-        back = self._back(shown_entries(state, self.shown))
-        log.show(event_lines(state, log.size.width, log.size.height, look, back, self.shown))
+        window = self.events
+        log.show(event_lines(state, log.size.width, log.size.height, look, window.back(state), window.shown))
 
     def _draw_map(self, state: FleetState) -> None:
         ground, look = self._lines("map"), self._look
@@ -300,17 +295,6 @@ class Dashboard(Screen[None]):
             curves = contribution_curves(state.team_map, state.started_ms, state.newest_ms, columns)
             self._curves = (wanted, curves)
         pane.show(curve_lines(state, width, height, look, self._curves[1]))
-
-    def _back(self, listed: tuple[LogEntry, ...]) -> int:
-        """How many listed entries are newer than the one that the log is scrolled to."""
-        if self._scrolled_to is None:
-            return 0
-        newer = 0
-        for entry in reversed(listed):
-            if entry.number <= self._scrolled_to:
-                break
-            newer += 1
-        return min(newer, max(0, len(listed) - 1))
 
     def _place(self, layout: Layout) -> bool:
         """Give the panes their sizes; true when that changes anything, so that drawing has to wait for the layout."""
