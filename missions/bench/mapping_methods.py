@@ -133,18 +133,19 @@ class Fleet:
     def __init__(self, vehicles: int, setup: Setup) -> None:
         self._planners = [ViewpointPlanner(vehicles) for _ in range(vehicles)]
         self._goals: list[Point | None] = [None] * vehicles
-        self._heard: list[dict[int, Teammate]] = [{} for _ in range(vehicles)]
         self._band = HeightBand(setup.clearance_m, setup.ceiling_m)
 
     def move(self, team: Team) -> Sequence[float]:
         took = []
         for index in np.flatnonzero(team.present).tolist():
-            for other in np.flatnonzero(team.in_radio(index)).tolist():
-                self._heard[index][other] = Teammate(other, point(team.positions[other]), self._goals[other])
+            heard = tuple(
+                Teammate(other, point(team.positions[other]), self._goals[other])
+                for other in np.flatnonzero(team.in_radio(index)).tolist()
+            )
             situation = MappingSituation(
                 index, point(team.positions[index]), team.maps[index], team.setup.sensor, self._band,
                 team.setup.reach_m, lambda ends, index=index: team.move_allowed(index, ends),  # type: ignore[misc]
-                tuple(self._heard[index].values()), team.setup.radio_range_m,
+                heard, team.setup.radio_range_m,
             )  # fmt: skip
             began_s = time.perf_counter()
             decision = self._planners[index].ask(situation)

@@ -30,7 +30,7 @@ from vehicle_agent.planning.mapping.viewpoints import (
     plan_sites,
 )
 
-_MISSED_STEPS = 40
+_MISSED_STEPS = 15
 """So long a teammate that is not heard is looked for where it was heard last; then it counts as lost."""
 _DESCENT = 0.3
 """What height above the lowest flight costs, against length of the way."""

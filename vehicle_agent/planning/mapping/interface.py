@@ -60,7 +60,7 @@ class MappingSituation:
     admissible
         The constraints C (eq. 18): ends of legs from here, (M, 3) float64 ENU metres -> (M,) bool.
     teammates
-        Those that it knows of, as last told, by team index; `goal_enu_m` is the end of their announced leg.
+        Those that it hears now; planners remember the others. `goal_enu_m` is the viewpoint that one is going for.
     radio_range_m
         Somebody should be within this distance after the leg; infinite when the radio reaches everywhere.
     unfixed_s
