@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
 
-from ground_station.liveliness import agent_died
+from ground_station.liveliness import HEARTBEAT_S, agent_died, autopilot_words
 from ground_station.text import age
 from ground_station.vehicle_picture import Condition, VehiclePicture
 from vehicle_agent.mission.load import MissionPlan
@@ -21,8 +21,6 @@ STUCK_S = 60.0
 ASTRAY_S = 6.0
 SILENT_AUTOPILOT_S = 3.0
 RIVAL_WINDOW_S = 10.0
-HEARTBEAT_S = 4.0
-"""An autopilot that misses so many of its heartbeats, one a second, is not heard."""
 SKEW_S = 3.0
 DETOUR = 1.5
 """The way home is reckoned longer than the straight line by this factor."""
@@ -203,9 +201,9 @@ def _link_findings(vehicle: VehiclePicture, moment: Moment) -> list[Finding]:
     found = []
     if vehicle.condition is Condition.LOST:
         if agent_died(vehicle):
-            found.append(_finding(Kind.AGENT_DEAD, f"its agent is gone{_of_autopilot(vehicle, moment)}"))
+            found.append(_finding(Kind.AGENT_DEAD, f"its agent is gone{autopilot_words(vehicle, moment.now_s)}"))
         else:
-            silent = f"silent for longer than its link's lease{_of_autopilot(vehicle, moment)}"
+            silent = f"silent for longer than its link's lease{autopilot_words(vehicle, moment.now_s)}"
             found.append(_finding(Kind.OUT_OF_REACH, silent))
     elif vehicle.condition is Condition.SUSPECT:
         found.append(_finding(Kind.SUSPECT, "its status is overdue"))
@@ -217,17 +215,6 @@ def _link_findings(vehicle: VehiclePicture, moment: Moment) -> list[Finding]:
     if len(fresh) > 1:
         found.append(_finding(Kind.DUPLICATE_ID, f"autopilots with its system id speak at {' and '.join(fresh)}"))
     return found
-
-
-def _of_autopilot(vehicle: VehiclePicture, moment: Moment) -> str:
-    """What is known of the autopilot of a vehicle whose agent is not heard: empty where nobody listens to MAVLink."""
-    autopilot = vehicle.autopilot
-    if autopilot is None:
-        return ""
-    if moment.now_s - autopilot.heard_s > HEARTBEAT_S:
-        return ", and its autopilot is not heard either"
-    failsafe = ", under its failsafe" if autopilot.in_failsafe else ""
-    return f", its autopilot lives ({'armed' if autopilot.armed else 'disarmed'}{failsafe})"
 
 
 def _clock_findings(vehicle: VehiclePicture, moment: Moment) -> list[Finding]:

@@ -10,6 +10,8 @@ from vehicle_agent.wire.messages import Severity
 SUSPECT_AFTER_S = 1.0
 LEASE_S = 3.0
 """As the lease of the Zenoh sessions: what a dead link and a frozen agent take to be noticed."""
+HEARTBEAT_S = 4.0
+"""An autopilot that misses so many of its heartbeats, one a second, is not heard."""
 DIED_WITHIN_S = 2.5
 """A dead program's token goes at once, that of one out of reach a whole lease after its last word."""
 
@@ -40,11 +42,23 @@ def agent_died(vehicle: VehiclePicture) -> bool:
     return vehicle.arrival_s is None or vehicle.alive_changed_s - vehicle.arrival_s < DIED_WITHIN_S
 
 
+def autopilot_words(vehicle: VehiclePicture, now_s: float) -> str:
+    """What is known of the autopilot of a vehicle whose agent is not heard: empty where nobody listens to MAVLink."""
+    autopilot = vehicle.autopilot
+    if autopilot is None:
+        return ""
+    if now_s - autopilot.heard_s > HEARTBEAT_S:
+        return ", and its autopilot is not heard either"
+    failsafe = ", under its failsafe" if autopilot.in_failsafe else ""
+    return f", its autopilot lives ({'armed' if autopilot.armed else 'disarmed'}{failsafe})"
+
+
 def transition_text(vehicle: VehiclePicture, condition: Condition, now_s: float) -> tuple[Severity, str, str] | None:
     """Severity, code and text of the log entry that a change of condition deserves; None when it is not news."""
     if condition is Condition.LOST:
         silence_s = vehicle.age_s(now_s)
         heard = "never heard" if silence_s is None else f"last heard {age(silence_s)} ago"
+        heard += autopilot_words(vehicle, now_s)
         if agent_died(vehicle):
             text = f"lost: its agent is gone, {heard}; the autopilot's failsafe takes over"
         else:
