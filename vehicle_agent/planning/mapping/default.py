@@ -60,7 +60,7 @@ class ViewpointParams:
 
     cell_share: float = 0.75
     horizon_steps: float = 15.0
-    edge_bonus: float = 1.0
+    edge_bonus: float = 2.0
     visits_ahead: int = 4
     choices: int = 5
     elsewhere: float = 0.1
@@ -74,7 +74,7 @@ class ViewpointPlanner:
         self._params = params or ViewpointParams()
         self._sites: _Sites | None = None
         self._goal: int | None = None
-        self._patience: dict[int, float] = {}
+        self._tired: set[int] = set()
         self._worth = 1.0
         self._stay = 0
         self._last_heard: dict[int, Teammate] = {}
@@ -99,7 +99,14 @@ class ViewpointPlanner:
         here = np.array(situation.position_enu_m)
         leader = self._leader(situation)
         usable = sites.work > 0.0
-        values = sites.values(self._patience)
+        values = sites.values()
+        if self._tired:
+            rested = usable.copy()
+            rested[list(self._tired)] = False
+            if rested.any():
+                usable = rested
+            else:
+                self._tired.clear()
         if leader is None:
             values = values * sites.preference[self._group(situation.index)]
         for mate in situation.teammates:
@@ -119,10 +126,10 @@ class ViewpointPlanner:
 
     def _note(self, site: int, sites: _Sites, here: FloatArray, situation: MappingSituation) -> None:
         """Lose patience with a site that stays as it is though the vehicle has been there for long."""
-        at_site = float(np.linalg.norm(sites.viewpoints[site] - here)) <= 1.5 * situation.reach_m
+        at_site = math.dist(sites.viewpoints[site, :2], here[:2]) <= 1.5 * situation.reach_m
         self._stay = self._stay + 1 if at_site and site == self._goal else 0
         if self._stay > 4 + 2 * sites.visits[site]:
-            self._patience[site] = 0.3 * self._patience.get(site, 1.0)
+            self._tired.add(site)
             self._stay = 0
         self._goal = site
 
@@ -186,7 +193,6 @@ class _Sites:
         self.viewpoints: FloatArray = np.zeros((count, 3))
         self.work: FloatArray = np.zeros(count)
         self.visits: FloatArray = np.ones(count)
-        self.tops: FloatArray = np.full(count, np.nan)
         self._places = np.ascontiguousarray(known.layout.positions_en_m)
         self._information: FloatArray = np.full(len(known.layout), -1.0)
         self._trust: FloatArray = np.ones(len(known.layout))
@@ -213,16 +219,15 @@ class _Sites:
             return
         self._information = information
         lattice = self.lattice
-        means = np.empty(lattice.sites)
-        cell_surfaces(lattice.first, lattice.order, known.heights_m, self.tops, means)
+        tops, means = np.empty(lattice.sites), np.empty(lattice.sites)
+        cell_surfaces(lattice.first, lattice.order, known.heights_m, tops, means)
         fill_unknown(means, lattice.columns, lattice.rows)
-        self.tops = np.where(np.isnan(self.tops), means, self.tops)
         self._supposed = np.where(np.isnan(known.heights_m), means[lattice.home], known.heights_m)
         cells = _grown(np.unique(touched), lattice)
         band = situation.band
         plan_sites(
             cells, lattice.first, lattice.order, self._places, self._supposed, information, self._open,
-            _neighbourhood_tops(self.tops, lattice), np.array([band.clearance_m, band.lowest_m, band.highest_m]),
+            np.array([band.clearance_m, band.lowest_m, band.highest_m]),
             self._sensor, self._heights, self.viewpoints, self.work, self.visits,
         )  # fmt: skip
 
@@ -240,7 +245,7 @@ class _Sites:
         _, _, range_squared, footprint_squared = self._sensor
         self._expected = near[(drop > 0.0) & (away + drop**2 < range_squared) & (away <= footprint_squared)]
 
-    def values(self, patience: dict[int, float]) -> FloatArray:
+    def values(self) -> FloatArray:
         """What the work of each cell counts."""
         lattice = self.lattice
         busy = np.pad((self.work > 0).reshape(lattice.columns, lattice.rows).astype(np.float64), 1)
@@ -251,8 +256,6 @@ class _Sites:
             if i or j
         )
         values: FloatArray = self.work * (1.0 + self._params.edge_bonus * (1.0 - np.asarray(around).ravel() / 8.0))
-        for site, part in patience.items():
-            values[site] *= part
         return values
 
     def best_first(
@@ -325,11 +328,6 @@ def _grown(cells: IndexArray, lattice: SiteLattice) -> IndexArray:
         for j in (-1, 0, 1)
     ]
     return np.unique(np.concatenate(grown))
-
-
-def _neighbourhood_tops(tops: FloatArray, lattice: SiteLattice) -> FloatArray:
-    """Of each cell the mean of its own top and the highest around it: vehicles need room on slopes."""
-    return tops
 
 
 def _parts(lattice: SiteLattice, groups: int, elsewhere: float) -> FloatArray:

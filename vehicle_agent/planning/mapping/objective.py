@@ -46,9 +46,9 @@ class ObjectiveParams:
         """The weights that served a team best on the bench's surfaces, with so many vehicles and landmarks.
 
         K_2 is below K_1 over the team's size, for then a landmark is worth seeing from anywhere in range, and the more
-        the nearer; K_3 keeps the sum over all landmarks not yet seen at the size of the other terms.
+        the nearer; K_1 and K_3 keep sums over landmarks at the size of the first term, however many there are.
         """
-        share, tolerance = 0.5, 3.0 * landmarks / 1_100
+        share, tolerance = 550.0 / landmarks, 3.0 * landmarks / 1_100
         return cls(terms, share, 0.7 * share / vehicles, 0.33 / landmarks, 0.0, tolerance, tolerance)
 
     def __post_init__(self) -> None:

@@ -197,7 +197,7 @@ def told(
 @compiled
 def plan_sites(
     cells: IndexArray, first: IndexArray, order: IndexArray, places: FloatArray, supposed: FloatArray,
-    information: FloatArray, open_: BoolArray, tops: FloatArray, band: FloatArray, sensor: FloatArray,
+    information: FloatArray, open_: BoolArray, band: FloatArray, sensor: FloatArray,
     heights_tried: IndexArray, viewpoints: FloatArray, work: FloatArray, visits: FloatArray,
 ) -> None:  # fmt: skip
     """For some cells: where their open landmarks are best seen from, how much is left, and how many steps that takes.
@@ -206,7 +206,6 @@ def plan_sites(
     ----------
     places, supposed : (N, 2) and (N,), where landmarks are supposed to be.
     information, open_ : (N,), what is known of each and whether it is worth more.
-    tops : (cells,), highest ground around each cell.
     band : clearance, lowest and highest allowed height.
     sensor : precision, best single measurement, squared range, squared footprint.
     heights_tried : indices 0, 1, 2, ... of heights, in parts of the sensor's range.
@@ -217,7 +216,7 @@ def plan_sites(
     reach = math.sqrt(range_squared)
     for n in range(len(cells)):
         cell = cells[n]
-        east = north = left = 0.0
+        east = north = base = left = 0.0
         count = 0
         for k in range(first[cell], first[cell + 1]):
             landmark = order[k]
@@ -225,6 +224,7 @@ def plan_sites(
                 rest = 1.0 - min(information[landmark], 0.9)
                 east += rest * places[landmark, 0]
                 north += rest * places[landmark, 1]
+                base += rest * supposed[landmark]
                 left += rest
                 count += 1
         work[cell] = count
@@ -232,10 +232,11 @@ def plan_sites(
             continue
         east /= left
         north /= left
+        base /= left
         viewpoints[cell, 0], viewpoints[cell, 1] = east, north
         best_rate = -1.0
         for option in heights_tried:
-            up = min(max(tops[cell] + clearance + 0.12 * option * reach, lowest), highest)
+            up = min(max(base + clearance + 0.12 * option * reach, lowest), highest)
             steps, gained = 0.0, 0.0
             for k in range(first[cell], first[cell + 1]):
                 landmark = order[k]
