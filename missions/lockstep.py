@@ -16,9 +16,9 @@ from typing import Any
 import numpy as np
 
 from missions.covered import covered_fraction, covers
-from missions.depth_map import DepthMap, draw_depth_map, write_depth_map
+from missions.depth_map import DepthMap, draw_depth_map, maps, write_depth_map
 from missions.lockstep_vehicle import LockstepVehicle
-from missions.yardstick import merged, observable, share_seen
+from missions.yardstick import merged, observable, share_seen, unseen_words
 from sim_bridge.fleet import Fleet
 from sim_bridge.radio import Radio, RadioParams
 from sim_bridge.world import World
@@ -102,6 +102,11 @@ class LockstepResult:
             return None
         return draw_depth_map(self.plan, self.team_map, self.true_elevation_m)
 
+    @property
+    def not_seen(self) -> str:
+        """What of the area was not observed, in words; empty when all of it was."""
+        return "" if maps(self.plan) else unseen_words(self.plan, self.team_map.observed, self.reachable)
+
     def summary(self) -> dict[str, Any]:
         """Figures of the run, as saved in `summary.json`."""
         names = self.plan.vehicle_names
@@ -112,6 +117,7 @@ class LockstepResult:
             "seed": self.plan.mission.seed,
             "planner": self.plan.mission.task.planner,
             "observed_fraction": self.observed_fraction,
+            "not_seen": self.not_seen,
             "covered_fraction": self.covered_fraction if covers(self.plan) else None,
             "map_error_m": None if drawn is None else drawn.rms_error_m,
             "elapsed_s": round(self.elapsed_s, 1),

@@ -14,7 +14,7 @@ from missions.covered import covered_fraction, covers
 from missions.depth_map import draw_depth_map, maps, write_depth_map
 from missions.ending import Ending, MissionWatch, VehicleRecord
 from missions.summary import Summary, VehicleSummary
-from missions.yardstick import map_of_arrays, merged, share_seen
+from missions.yardstick import map_of_arrays, merged, share_seen, unseen_words
 from vehicle_agent.adapters.file_journal import FileJournal, JournalError, JournalHeader
 from vehicle_agent.behaviour.map_exchange import MapExchange
 from vehicle_agent.behaviour.outfit import make_shared_map
@@ -147,6 +147,7 @@ def summarise(
         verdict=verdict(facts, vehicles, 1.0 if covers(plan) or maps(plan) else observed_fraction),
         ending=facts.ending.value,
         observed_fraction=observed_fraction,
+        not_seen="" if maps(plan) else unseen_words(plan, joined.observed, within),
         covered_fraction=covered,
         map_error_m=map_error_m,
         truth_known=reachable is not None,

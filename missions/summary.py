@@ -66,6 +66,8 @@ class Summary(msgspec.Struct, frozen=True, kw_only=True):
         Root mean square error of the depth map; None but for a task `map` over a simulated surface.
     truth_known
         The reachable surface was worked out from the simulator's terrain; else it is the whole area.
+    not_seen
+        What of the area was not observed, in words; empty when all of it was.
     elapsed_s
         Vehicle time from the first take-off until the last vehicle was down.
     wall_s, first_airborne_wall_s
@@ -91,6 +93,7 @@ class Summary(msgspec.Struct, frozen=True, kw_only=True):
     wall_s: float
     first_airborne_wall_s: float | None
     vehicles: list[VehicleSummary]
+    not_seen: str = ""
     covered_fraction: float | None = None
     map_error_m: float | None = None
     min_separation_m: float | None = None
@@ -132,6 +135,8 @@ def summary_text(summary: Summary, run_dir: Path) -> str:
         f"  time       {_minutes(summary.elapsed_s)} of vehicle time, {_minutes(summary.wall_s)} of yours"
         f" (speed-up {summary.speedup:g}, seed {summary.seed})",
     ]
+    if summary.not_seen:
+        lines.insert(2, f"  not seen   {summary.not_seen}")
     if summary.covered_fraction is not None:
         covered = f"{100 * summary.covered_fraction:.2f} % of the area at once, from where the team stayed"
         lines.insert(1, f"  covered    {covered}")

@@ -122,6 +122,8 @@ def _text(result: LockstepResult, out: Path | None) -> str:
         f"  closest two vehicles {result.min_separation_m:.1f} m, {result.fence_breaches} fence breaches, "
         f"{sum(result.crashed)} crashes",
     ]
+    if result.not_seen:
+        lines.append(f"  not seen: {result.not_seen}")
     if covers(result.plan):
         lines.append(f"  {100 * result.covered_fraction:.2f} % of the area covered at once, from where the team stayed")
     if figures["map_error_m"] is not None:

@@ -61,3 +61,30 @@ def merged(maps: Iterable[Map]) -> Map:
 def share_seen(observed: BoolArray, surface: BoolArray) -> float:
     """Share of the surface that is among what was observed."""
     return int(np.count_nonzero(observed & surface)) / max(1, int(np.count_nonzero(surface)))
+
+
+def unseen_words(plan: MissionPlan, observed: BoolArray, surface: BoolArray) -> str:
+    """What of the area was not observed, in words; empty when all of it was.
+
+    Parameters
+    ----------
+    observed, surface : what was observed, and what of the surface can be, as of `observable`.
+    """
+    unit = "cells" if surface.ndim == 2 else "voxels"
+    missed = surface & ~observed
+    words = [f"{np.count_nonzero(missed)} {unit} that could be seen, most around {_middle(plan, missed)}"]
+    if not missed.any():
+        words = ["everything observable was observed"]
+    hidden = plan.area_cells & ~surface & ~observed if surface.ndim == 2 else np.zeros(1, dtype=np.bool_)
+    if hidden.any():
+        count = np.count_nonzero(hidden)
+        words.append(f"{count} cells of the area lie where this team cannot look, most around {_middle(plan, hidden)}")
+    return "; ".join(words) if missed.any() or hidden.any() else ""
+
+
+def _middle(plan: MissionPlan, chosen: BoolArray) -> str:
+    if not chosen.any():
+        return "nowhere"
+    column, row = (int(np.median(places)) for places in np.nonzero(chosen)[:2])
+    east_m, north_m = plan.grid.centre_of(column, row)
+    return f"E {east_m:.0f} N {north_m:.0f} m"

@@ -135,3 +135,33 @@ def test_ridge_keeps_clear_of_the_ground(ridge: LockstepResult) -> None:
     homes = np.array([v.start_enu_m[:2] for v in ridge.plan.mission.vehicles])
     away = np.linalg.norm(flying[:, None, :2] - homes[None], axis=2).min(axis=1) > 60.0
     assert height_m[away].min() > 0.5 * ridge.plan.mission.vehicles[0].min_above_terrain_m
+
+
+def test_an_area_that_nobody_can_see_whole_ends_with_all_that_can_be_seen_and_a_word_about_the_rest() -> None:
+    team = [
+        {
+            "name": f"copter-{number}",
+            "start_enu_m": [120.0 + 40.0 * number, 120.0],
+            "speed_m_s": 12.0,
+            "sensor": {"kind": "range", "range_m": 80.0},
+            "min_above_terrain_m": 30.0,
+            "max_above_terrain_m": 60.0,
+        }
+        for number in range(2)
+    ]
+    result = missions.simulate(
+        hill_plan(
+            team=team,
+            area={"cell_m": 10.0, "rectangle_enu_m": [0.0, 0.0, 300.0, 300.0], "fence_margin_m": 70.0},
+            terrain={"kind": "flat"},
+            stop={"observed_fraction": 1.0, "time_limit_s": 600.0},
+        )
+    )
+    assert all(result.finished)
+    hidden = result.plan.area_cells & ~result.reachable
+    assert hidden.any()  # the corners lie beyond what can be seen from inside the fence's margin
+    assert "cells of the area lie where this team cannot look" in result.not_seen
+    reasons = [text for _, _, code, text in result.events if code == "returning"]
+    assert reasons
+    assert all("everything observable is observed" in reason and "cells stay unseen" in reason for reason in reasons)
+    assert result.elapsed_s < 500.0

@@ -119,10 +119,20 @@ class Navigator:
         self._planner.tell(Observation(state.position_enu_m, around.objective))
         decision = self._decide(around)
         if isinstance(decision, Finished):
-            return decision
+            why = decision.why if self._covers else "everything observable is observed"
+            return Finished(f"{why}{self._left_unseen()}")
         if isinstance(decision, Wait):
             return self._wait(around, decision.why)
         return self._commit(around, decision.position_enu_m, decision.why, decision)
+
+    def _left_unseen(self) -> str:
+        """What the vehicle leaves without having seen it, in words."""
+        unseen = np.argwhere(self._area & ~self._map.observed)
+        if len(unseen) == 0:
+            return ""
+        column, row = np.median(unseen, axis=0).astype(int).tolist()
+        east_m, north_m = self._plan.grid.centre_of(column, row)
+        return f"; {len(unseen)} cells stay unseen, most around E {east_m:.0f} N {north_m:.0f} m"
 
     def limit(self, allowed: BoolArray, area_cells: BoolArray, sector_cells: BoolArray | None) -> None:
         """Fly only over `allowed` cells, see only `area_cells`, and `sector_cells` first: (columns, rows) bool."""

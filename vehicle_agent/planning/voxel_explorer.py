@@ -71,6 +71,8 @@ class VoxelExplorerParams:
         Chance of being surface from which on a frontier voxel alone is worth a way.
     least
         Surface expected at the frontiers of a patch below which it is left until nothing better is left.
+    remaining
+        Share of what a route was chosen for below which it is chosen anew.
     above_ground
         Chance that an unknown voxel behind the frontier is surface, where it is not the ground.
     volume
@@ -87,6 +89,7 @@ class VoxelExplorerParams:
     passes: int = 20
     likely: float = 0.1
     least: float = 0.02
+    remaining: float = 0.0
     above_ground: float = 0.1
     volume: float = 1.0
 
@@ -131,8 +134,9 @@ class VoxelExplorer:
         self.patch: int | None = None
 
     def still_worth(self, picture: VoxelPicture) -> bool:
-        """Whether anything that the present route was chosen for is still unknown."""
-        return bool((picture.states.ravel()[self._expected] == UNKNOWN).any())
+        """Whether enough of what the present route was chosen for is still unknown."""
+        unknown = np.count_nonzero(picture.states.ravel()[self._expected] == UNKNOWN)
+        return bool(unknown > self._params.remaining * len(self._expected))
 
     @property
     def expected(self) -> IndexArray:
