@@ -44,6 +44,11 @@ def description(plan: MissionPlan, elevation_m: FloatArray | None, reachable: Bo
         f"  datum     {mission.datum.latitude_deg:.6f}, {mission.datum.longitude_deg:.6f} deg, "
         f"{mission.datum.altitude_amsl_m:g} m above mean sea level",
     ]
+    if (voxels := plan.voxel_grid) is not None:
+        lines.append(
+            f"  volume    {voxels.columns} x {voxels.rows} x {voxels.layers} voxels of {voxels.voxel_m:g} m, "
+            f"up {voxels.bottom_m:g} m to {voxels.bottom_m + voxels.layers * voxels.voxel_m:g} m"
+        )
     if elevation_m is not None:
         inside = elevation_m[plan.area_cells]
         lines.append(f"  ground    {inside.min():.0f} m to {inside.max():.0f} m above the datum")

@@ -76,6 +76,7 @@ def row(outcome: Outcome) -> Row:
         "time_s": len(run.observed_share) - 1,
         "finished": run.finished_s is not None,
         "closest_m": round(run.closest_m, 2),
+        "bytes_per_vehicle_per_s": round(run.bytes_told / outcome.case.vehicles / len(run.observed_share), 1),
         "curve_s": CURVE_S,
         "curve": [round(share, 4) for share in run.observed_share[::CURVE_S]],
     }
@@ -93,9 +94,11 @@ def table(outcomes: Sequence[Outcome], vehicles: Sequence[int]) -> str:
         taken = np.array(list(times[size].values()))
         worst = min(outcome.run.observed_share[-1] for outcome in mine)
         nearest_m = min(outcome.run.closest_m for outcome in mine)
+        told = np.mean([row(outcome)["bytes_per_vehicle_per_s"] for outcome in mine])
         lines.append(
             f"{size} vehicles: {taken.mean():6.1f} s on average, sd {taken.std():5.1f}, {len(mine)} towns; "
-            f"least observed {100 * worst:.2f} % of the observable surface; closest {nearest_m:.1f} m"
+            f"least observed {100 * worst:.2f} % of the observable surface; closest {nearest_m:.1f} m; "
+            f"map messages {told:.0f} B/s per vehicle"
         )
     for fewer, more in pairwise(vehicles):
         both = sorted(times[fewer].keys() & times[more].keys())

@@ -12,10 +12,13 @@ from vehicle_agent.domain.grid import IndexArray
 from vehicle_agent.domain.polygon import BoolArray
 from vehicle_agent.domain.ray_fan import RayFan, rays_until
 from vehicle_agent.domain.voxel_grid import VoxelGrid
-from vehicle_agent.domain.voxels import OCCUPIED, VoxelMap
+from vehicle_agent.domain.voxels import OCCUPIED, VoxelMap, newly_decided
 from vehicle_agent.planning.voxel_explorer import Voxel, VoxelExplorer, VoxelTeammate
 from vehicle_agent.planning.voxel_picture import VoxelPicture
+from vehicle_agent.wire.voxel_blob import pack_voxels
 
+TELL_S = 2
+"""Between two map messages of one vehicle."""
 IDLE_S = 4
 """A vehicle with nothing to do asks again after so many seconds, when the map has changed."""
 
@@ -51,12 +54,14 @@ class UrbanRun:
     positions_enu_m : (T, N, 3) float64.
     finished_s : when everything observable was observed; None when it never was.
     closest_m : smallest distance between two vehicles at any second.
+    bytes_told : what all vehicles together would have sent of the map, packed as for the radio.
     """
 
     observed_share: list[float]
     positions_enu_m: FloatArray
     finished_s: int | None
     closest_m: float
+    bytes_told: int
 
 
 @dataclass(slots=True)
@@ -87,6 +92,8 @@ class UrbanExploration:
         self._flyers = [_Flyer(start, VoxelExplorer(index, fan)) for index, start in enumerate(starts)]
         self._now_s = 0
         self._reconsidered_at = -1
+        self._told = np.zeros((len(starts), grid.voxels), dtype=np.uint8)
+        self._bytes_told = 0
 
     def run(self) -> UrbanRun:
         shares: list[float] = []
@@ -94,6 +101,8 @@ class UrbanExploration:
         while True:
             for index in range(len(self._flyers)):
                 self._scan(index)
+                if self._now_s % TELL_S == 0:
+                    self._tell(index)
             picture = VoxelPicture.of(self._map.states(), self._ceiling)
             shares.append(self._share(picture))
             track.append([self._grid.centre_of(flyer.voxel) for flyer in self._flyers])
@@ -106,7 +115,7 @@ class UrbanExploration:
                 break
         positions = np.array(track)
         finished = self._now_s if shares[-1] >= 1.0 else None
-        return UrbanRun(shares, positions, finished, _closest_m(positions))
+        return UrbanRun(shares, positions, finished, _closest_m(positions), self._bytes_told)
 
     @property
     def missing(self) -> IndexArray:
@@ -137,6 +146,11 @@ class UrbanExploration:
         self._map.insert(
             index, sensor, ends[counts], self._params.range_m + self._grid.voxel_m, 1000 * self._now_s, met[counts]
         )
+
+    def _tell(self, index: int) -> None:
+        """Count what a vehicle would tell now: voxels of which its own evidence decides for the first time, or anew."""
+        news = newly_decided(self._map.take_untold(index), self._told[index])
+        self._bytes_told += len(pack_voxels(news))
 
     def _move(self, index: int, picture: VoxelPicture) -> None:
         flyer = self._flyers[index]

@@ -14,9 +14,9 @@ from vehicle_agent.domain.frames import FloatArray
 from vehicle_agent.domain.polygon import BoolArray
 from vehicle_agent.domain.range_image import RangeImage
 from vehicle_agent.domain.ray_fan import RayFan, down_looking_fan
-from vehicle_agent.domain.voxel_evidence import VoxelEvidence, is_occupied
+from vehicle_agent.domain.voxel_evidence import VoxelEvidence
 from vehicle_agent.domain.voxel_grid import VoxelGrid
-from vehicle_agent.domain.voxels import FREE, OCCUPIED, VoxelMap
+from vehicle_agent.domain.voxels import OCCUPIED, VoxelMap, decided_states, newly_decided
 from vehicle_agent.planning.voxel_picture import VoxelPicture
 from vehicle_agent.ports import SensorScan
 from vehicle_agent.wire.cells import MAX_STAMP_MS
@@ -78,13 +78,10 @@ class VoxelShare:
 
     def next_blob(self, most_bytes: int) -> bytes | None:
         if not self._waiting:
-            news = self.team_map.take_untold(self._own_index)
-            states = np.where(is_occupied(news.hits, news.misses), OCCUPIED, FREE).astype(np.uint8)
-            decided = self._told[news.voxel_indices] != states
-            self._told[news.voxel_indices] = states
-            if not decided.any():
+            news = newly_decided(self.team_map.take_untold(self._own_index), self._told)
+            if len(news) == 0:
                 return None
-            self._waiting.append(news.chosen(decided))
+            self._waiting.append(news)
         evidence = self._waiting.pop()
         blob = pack_voxels(evidence)
         while len(blob) > most_bytes:
@@ -100,8 +97,7 @@ class VoxelShare:
             return False
         self.team_map.observe(contributor, told)
         if contributor == self._own_index and len(told):  # from the journal: it was told before
-            states = np.where(is_occupied(told.hits, told.misses), OCCUPIED, FREE).astype(np.uint8)
-            self._told[told.voxel_indices] = states
+            self._told[told.voxel_indices] = decided_states(told)
         self.version += 1
         return True
 

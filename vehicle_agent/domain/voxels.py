@@ -367,6 +367,24 @@ _NOTHING = VoxelEvidence(
 )
 
 
+def newly_decided(news: VoxelEvidence, told: ByteArray) -> VoxelEvidence:
+    """Of a contributor's evidence what makes voxels free or occupied that were told otherwise or not at all.
+
+    Parameters
+    ----------
+    told : (voxels,) uint8, the states that were told; brought up to date.
+    """
+    states = decided_states(news)
+    changed = told[news.voxel_indices] != states
+    told[news.voxel_indices] = states
+    return news.chosen(changed)
+
+
+def decided_states(evidence: VoxelEvidence) -> ByteArray:
+    """FREE or OCCUPIED by this evidence alone: (N,) uint8."""
+    return np.where(is_occupied(evidence.hits, evidence.misses), OCCUPIED, FREE).astype(np.uint8)
+
+
 def check_contributor(contributor: int) -> None:
     """Raise ValueError for a contributor that has no bit among the observers."""
     if not 0 <= contributor < MAX_OBSERVERS:
