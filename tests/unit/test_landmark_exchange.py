@@ -64,11 +64,18 @@ def test_of_near_duplicates_one_is_told() -> None:
 
 
 def test_what_found_no_room_is_told_later_if_wished() -> None:
-    for keeps_backlog, later in ((True, [(1, SEAL)]), (False, [])):
+    nothing = np.array([], dtype=np.int64)
+    for keeps_backlog, later in ((True, [0, 1, 1]), (False, [])):
         exchange = exchange_of([0, 1], [], ExchangeParams(capacity=1, keeps_backlog=keeps_backlog))
         assert told(exchange.packet((0.0, 0.5, 5.0), [])) == [(0, SEAL)]
-        exchange.sensed(np.array([], dtype=np.int64), np.array([], dtype=np.int64))
-        assert told(exchange.packet((0.0, 0.5, 5.0), [])) == later
+        exchange.sensed(nothing, nothing)
+        packets = [exchange.packet((0.0, 0.5, 5.0), []).landmarks.tolist() for _ in range(4)]
+        assert [landmark for packet in packets for landmark in packet] == later
+
+
+def test_news_comes_first_if_wished() -> None:
+    exchange = exchange_of([9], [0, 1, 2], ExchangeParams(capacity=2, keeps_backlog=True))
+    assert told(exchange.packet((0.0, 0.5, 5.0), [])) == [(9, SEAL), (0, 0)]
 
 
 def test_a_receiver_takes_the_nearest_up_to_its_capacity() -> None:

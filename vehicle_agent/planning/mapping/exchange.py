@@ -12,6 +12,9 @@ from vehicle_agent.domain.frames import FloatArray, Point
 from vehicle_agent.domain.grid import IndexArray
 from vehicle_agent.domain.landmarks import LandmarkMap, LandmarkRecords
 
+TELLINGS = 2
+"""How often news is told where it is kept."""
+
 
 @dataclass(frozen=True, slots=True)
 class ExchangeParams:
@@ -26,7 +29,8 @@ class ExchangeParams:
     near_m
         Of landmarks nearer to each other than this only one is told.
     keeps_backlog
-        Whether news that found no room waits for a later packet, which goes beyond the paper.
+        Whether news, that is newly accurate landmarks, comes before all else and is told until it has gone out
+        `TELLINGS` times, which goes beyond the paper: so it finds room later, and survives the loss of a packet.
     """
 
     capacity: int = 10
@@ -54,6 +58,7 @@ class LandmarkExchange:
         self._map = landmarks
         self._news: IndexArray = np.empty(0, np.int64)
         self._visible: IndexArray = np.empty(0, np.int64)
+        self._told: dict[int, int] = {}
 
     def sensed(self, visible: IndexArray, sealed: IndexArray) -> None:
         """Take note of a step's landmarks: ids now visible (V of definition 1), and those newly accurate by them."""
@@ -80,9 +85,14 @@ class LandmarkExchange:
         towards = listeners if len(listeners) else others
         if len(towards) == 0:
             towards = np.array([position_enu_m[:2]])
-        chosen = self._filled(candidates, towards)
         if self.params.keeps_backlog:
-            self._news = np.setdiff1d(self._news, chosen)
+            chosen = self._filled(self._news, towards)
+            self._count(chosen)
+            if len(chosen) < self.params.capacity:
+                rest = self._filled(inaccurate, towards)[: self.params.capacity - len(chosen)]
+                chosen = np.concatenate((chosen, rest))
+        else:
+            chosen = self._filled(candidates, towards)
         return LandmarkRecords.joined(
             self._map.seals(chosen), self._map.own_records(chosen[~self._map.accurate[chosen]])
         )
@@ -98,6 +108,12 @@ class LandmarkExchange:
         taken = ~known
         taken[known] = np.isin(ids, chosen)[inverse]
         return told[taken]
+
+    def _count(self, told: IndexArray) -> None:
+        """News that was told often enough is no news any more."""
+        for landmark in told.tolist():
+            self._told[landmark] = self._told.get(landmark, 0) + 1
+        self._news = np.array([one for one in self._news.tolist() if self._told.get(one, 0) < TELLINGS], dtype=np.int64)
 
     def _reachable(self, others: FloatArray) -> FloatArray:
         """Teammates that could see next step what this vehicle sees now: its reachable exploration area."""
