@@ -33,9 +33,9 @@ SIDE_M = 100.0
 CELL_M = 0.5
 TOP_M, RELIEF_M = -6.0, 14.0
 SMOOTHED_M = 3.0
-SEDIMENT_DEG, ROCK_DEG = 8.0, 20.0
+SEDIMENT_DEG, ROCK_DEG = 10.0, 18.0
 RIPPLE_M, ROCK_M = 0.02, 0.8
-DETAIL = ((4.0, 0.8), (2.0, 0.4))
+DETAIL = ((5.0, 0.8), (2.5, 0.4))
 """Correlation length in metres and share of each field of detail."""
 DETAIL_SPAWN_KEY = (3_000,)
 HARBOUR_SEED = 11

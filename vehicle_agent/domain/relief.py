@@ -20,7 +20,7 @@ AT_ONCE = 2_000
 HELD_OUT_M = 3.5
 """Soundings this near to one are held out with it when its prediction is judged."""
 SURPRISED_WITHIN_M = 8.0
-SECOND_THOUGHTS = 3
+SECOND_THOUGHTS = 2
 """How often the rises are corrected by how well held-out soundings are predicted."""
 
 

@@ -45,6 +45,7 @@ def most_telling_way(
     visited = np.zeros(count, dtype=np.bool_)
     for node in range(count):
         detours[node] = math.hypot(nodes_en_m[node, 0] - east_m, nodes_en_m[node, 1] - north_m)
+        visited[node] = detours[node] < 0.25 * turn_m  # it is there already
     while corners < LONGEST_WAY:
         best, chosen = 0.0, -1
         for node in range(count):
