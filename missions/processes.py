@@ -40,7 +40,7 @@ def fleet_table(plan: MissionPlan, run_dir: Path) -> tuple[ProcessSpec, ...]:
         log=run_dir / "kernels.log",
         loss=Loss.ENDS_MISSION,
         readiness=Readiness.FINISHED,
-        ready_within_s=180.0,
+        ready_within_s=300.0,
     )
     simulator = ProcessSpec(
         name=SIMULATOR,

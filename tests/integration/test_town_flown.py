@@ -16,7 +16,7 @@ from tests.fakes.town_missions import town_content
 from vehicle_agent.mission.load import load_mission
 from vehicle_agent.mission.model import Mission
 
-pytestmark = [pytest.mark.processes, pytest.mark.timeout(400)]
+pytestmark = [pytest.mark.processes, pytest.mark.timeout(600)]
 
 REPOSITORY = Path(__file__).parents[2]
 
@@ -28,7 +28,7 @@ def test_flown_and_simulated_towns_agree_within_two_percent(tmp_path: Path) -> N
     run = subprocess.run(
         [sys.executable, "-m", "missions.cli", "run", str(mission), "--plain", "--port-base", "24100",
          "--runs-dir", str(tmp_path / "runs")],
-        cwd=REPOSITORY, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=350.0, check=False,
+        cwd=REPOSITORY, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=500.0, check=False,
     )  # fmt: skip
     assert run.returncode == 0, run.stdout + run.stderr
     (summary_file,) = (tmp_path / "runs").glob("*/summary.json")
