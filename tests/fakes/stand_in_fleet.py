@@ -2,7 +2,8 @@
 
 `python stand_in_fleet.py run MISSION RUNS_DIR` is `missions run` with stand-ins in its process table. What a stand-in
 does wrong comes from the environment variable STAND_IN_<NAME>: `refuse` (a sentence and exit code 2 before ready),
-`mute` (never ready), `die` (SIGKILL in mid-flight), `hover` (never done).
+`mute` (never ready), `die` (SIGKILL in mid-flight), `hover` (never done), `wait` (done when the run's folder holds a
+file `land`).
 """
 
 from __future__ import annotations
@@ -105,7 +106,8 @@ def agent(plan: MissionPlan, name: str, folder: Path) -> None:
     voice = Voice(name, plan, plan.agent_endpoint(plan.index_of(name)))
     here = at_start(plan, name)
     while not voice.stopped:
-        flying = voice.elapsed_s < FLIGHT_S or voice.fault == "hover"
+        waits = voice.fault == "wait" and not (folder / "land").exists()
+        flying = voice.elapsed_s < FLIGHT_S or voice.fault == "hover" or waits
         voice.say(
             Status(
                 **voice.head(name), stage=Stage.WORKING if flying else Stage.DONE, mode="guided", armed=flying,
