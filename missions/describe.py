@@ -65,8 +65,12 @@ def description(plan: MissionPlan, elevation_m: FloatArray | None, reachable: Bo
         f"  ends      at {100 * mission.stop.observed_fraction:g} % observed, after {mission.stop.time_limit_s:g} s of "
         f"vehicle time, or for a vehicle at {100 * mission.stop.battery_reserve:g} % battery"
     )
+    radio = mission.radio
+    said = f"{radio.rate_bytes_s:g} B/s"
+    if radio.packet_bytes is not None:
+        said = f"{radio.packet_bytes} bytes every {radio.packet_period_s:g} s"
     lines.append(
-        f"  radio     {mission.radio.rate_bytes_s:g} B/s per vehicle, Zenoh on {mission.radio.endpoint_host} "
+        f"  radio     {said} per vehicle, Zenoh on {mission.radio.endpoint_host} "
         f"from TCP port {mission.radio.zenoh_port}"
     )
     if simulated_names(plan):
@@ -84,9 +88,12 @@ def _vehicle_line(plan: MissionPlan, index: int, elevation_m: FloatArray | None)
     if elevation_m is not None:
         stands = f" on {elevation_m[plan.grid.cell_of(east_m, north_m)]:.0f} m"
     body = "simulated" if is_simulated(plan, index) else f"at {vehicle.connection}"
+    band = f"{vehicle.min_above_terrain_m:g} to {vehicle.max_above_terrain_m:g} m above ground"
+    if vehicle.depth_m is not None:
+        band = f"{vehicle.depth_m:g} m deep"
     return (
         f"  vehicle   {vehicle.name}: {vehicle.type} {plan.system_id(index)} ({body}) "
         f"from ({east_m:g}, {north_m:g}){stands}, {vehicle.speed_m_s:g} m/s, "
-        f"{vehicle.min_above_terrain_m:g} to {vehicle.max_above_terrain_m:g} m above ground, "
+        f"{band}, "
         f"sees {vehicle.sensor.range_m:g} m"
     )
