@@ -416,6 +416,19 @@ def test_a_low_battery_calls_home() -> None:
     assert "battery at 14 %" in next(e.text for e in bench.said(Event) if e.code == "returning")
 
 
+def test_a_low_battery_ends_a_hold_and_brings_the_vehicle_home() -> None:
+    bench = working()
+    bench.hear(command(Verb.HOLD))
+    bench.run_until(Stage.HOLDING)
+    for _ in range(40):
+        bench.tick()
+    assert bench.agent.stage is Stage.HOLDING
+    bench.set(battery_fraction=0.14)
+    bench.run_until(Stage.RETURNING)
+    assert "held no longer: battery at 14 %" in next(e.text for e in bench.said(Event) if e.code == "returning")
+    bench.run_until(Stage.DONE)
+
+
 def test_the_time_limit_calls_home() -> None:
     bench = AgentBench(sim_plan(stop={"time_limit_s": 20.0}))
     bench.run_until(Stage.RETURNING)

@@ -111,6 +111,8 @@ class Flight:
                 self._take_off(state, steers)
             case Stage.WORKING if steers:
                 self._work(state)
+            case Stage.HOLDING if steers:
+                self._hold(state)
             case Stage.RETURNING if steers:
                 self._return(state)
             case Stage.LANDING:
@@ -235,11 +237,21 @@ class Flight:
             return f"{100 * known:.1f} % of the area is known"
         if self._took_off_at_s is not None and self._now_s - self._took_off_at_s > stop.time_limit_s:
             return f"time limit of {stop.time_limit_s:.0f} s reached"
+        return self._low_battery(state)
+
+    def _low_battery(self, state: VehicleState) -> str | None:
+        """Why the charge calls home, one phrase; None while it does not."""
         if state.home_enu_m is not None:
             way_s = way_length_m(state.position_enu_m, state.home_enu_m[:2]) / self._vehicle.speed_m_s
             if self._energy.must_return(state.battery_fraction, way_s):
                 return f"battery at {100 * (state.battery_fraction or 0.0):.0f} %, home is {way_s:.0f} s away"
         return None
+
+    def _hold(self, state: VehicleState) -> None:
+        """Stay; only a charge that just about reaches home ends it."""
+        if (reason := self._low_battery(state)) is not None:
+            self._authority.expect_change()
+            self._go_home(state, f"held no longer: {reason}")
 
     def _go_home(self, state: VehicleState, reason: str) -> None:
         self._enter(Stage.RETURNING, "returning", reason)
