@@ -26,7 +26,7 @@ MAX_CELLS = 4_000_000
 MAX_VOXELS = 8_000_000
 MAX_REACH_M = 100_000.0
 """Beyond this distance from the datum the local plane no longer stands for the ground."""
-MIN_START_DISTANCE_M = 2.0
+MIN_START_DISTANCE_M = 5.0
 MAX_PORT = 65_535
 RESERVED_NAMES = ("observer", "referee", "simulator", "station")
 """First words of the names under which everybody else speaks on Zenoh."""
