@@ -22,7 +22,7 @@ from vehicle_agent.planning.mapping.survey import SurveyParams
 
 FLOORS: tuple[FloorName, ...] = ("sharp", "slope")
 SAMPLES = VEHICLES * STEPS
-FLEET = SurveyParams(way_m=1_000.0, nodes=1_156, look_ahead_m=1_000.0, part_m=120.0)
+FLEET = SurveyParams(way_m=1_000.0, lines_share=0.6, nodes=2_025, look_ahead_m=1_000.0, part_m=400.0)
 """How the fleet surveys; it has time to think between two soundings."""
 
 
