@@ -142,7 +142,7 @@ class DeltaRecord(msgspec.Struct, array_like=True, frozen=True):
     delta_sequence: U32
     """0, 1, 2, ... without gaps within a stream."""
     cells: Annotated[bytes, Meta(max_length=MAX_BLOB_BYTES)]
-    """Packed observations, see `vehicle_agent.wire.cells`."""
+    """Packed observations: `vehicle_agent.wire.cells`, or in a town `vehicle_agent.wire.voxel_blob`."""
 
 
 class MapDelta(Message, frozen=True, tag=2, kw_only=True):
@@ -216,7 +216,7 @@ class Scan(Message, frozen=True, tag=9, kw_only=True):
     """What a vehicle's sensor saw at `stamp_ms`; from the payload to its own agent, never over the radio."""
 
     cells: Annotated[bytes, Meta(max_length=2_000_000)]
-    """Packed observations, see `vehicle_agent.wire.cells`."""
+    """Packed observations: `vehicle_agent.wire.cells`, or of a half-sphere `vehicle_agent.wire.range_blob`."""
 
 
 class BodyReport(Message, frozen=True, tag=10, kw_only=True):
