@@ -32,3 +32,5 @@ def warm_up(plan: MissionPlan) -> None:
         from vehicle_agent.planning.mapping import kernels
 
         kernels.warm_up()
+        if plan.mission.task.planner == "viewpoints":
+            kernels.warm_up_viewpoints()
