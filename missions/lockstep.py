@@ -66,6 +66,8 @@ class LockstepResult:
         Where each vehicle was last at work, by name.
     events
         What the agents told, as (simulated seconds, vehicle, code, text).
+    depth_map
+        What a mission that maps has drawn; None for others.
     """
 
     plan: MissionPlan
@@ -84,6 +86,7 @@ class LockstepResult:
     fence_breaches: int
     worked_at_enu_m: dict[str, Point] = field(default_factory=dict)
     events: list[tuple[float, str, str, str]] = field(default_factory=list)
+    depth_map: DepthMap | None = None
 
     @property
     def covered_fraction(self) -> float:
@@ -94,13 +97,6 @@ class LockstepResult:
     def observed_fraction(self) -> float:
         """Share of the reachable surface that the team has seen."""
         return share_seen(self.team_map.observed, self.reachable)
-
-    @property
-    def depth_map(self) -> DepthMap | None:
-        """What a mission that maps has drawn; None for others."""
-        if not isinstance(self.team_map, LandmarkAtlas):
-            return None
-        return draw_depth_map(self.plan, self.team_map, self.true_elevation_m)
 
     @property
     def not_seen(self) -> str:
@@ -209,9 +205,10 @@ def simulate(
                 if isinstance(message, Event):
                     record.events.append((round(fleet.time_s, 3), agent.name, message.code, message.text))
         record.tick([agent.map for agent in agents], progress)
+    team_map = merged([agent.map for agent in agents])
     return LockstepResult(
         plan=plan,
-        team_map=merged([agent.map for agent in agents]),
+        team_map=team_map,
         true_elevation_m=world.elevation_m,
         reachable=reachable,
         times_s=np.array(record.times_s),
@@ -226,6 +223,7 @@ def simulate(
         fence_breaches=fleet.referee.fence_breaches,
         worked_at_enu_m=record.worked_at_enu_m,
         events=record.events,
+        depth_map=draw_depth_map(plan, team_map, world.elevation_m) if isinstance(team_map, LandmarkAtlas) else None,
     )
 
 

@@ -11,10 +11,10 @@ import pytest
 
 from missions.depth_map import FILES
 from missions.lockstep import LockstepResult, simulate
-from tests.fakes.map_missions import map_mission, map_plan
+from tests.fakes.map_missions import FLOOR_M, map_mission, map_plan
 from vehicle_agent.domain.landmark_atlas import LandmarkAtlas
 from vehicle_agent.mission.load import plan_mission
-from vehicle_agent.mission.model import MapTask, RadioTable
+from vehicle_agent.mission.model import FlatTerrain, MapTask, RadioTable
 
 KEY_BYTES = 40
 """A message's key on Zenoh, which an agent's count of bytes holds too."""
@@ -103,3 +103,16 @@ def test_viewpoints_and_a_radio_that_is_no_modem() -> None:
     result = simulate(plan_mission(mission, Path("pond.toml")))
     assert all(result.finished)
     assert result.observed_fraction > 0.1
+
+
+def test_a_vehicle_rises_from_ground_that_reaches_into_its_depth() -> None:
+    """Flat ground 0.6 m below the depth ordered, nearer than the metre that vehicles keep."""
+    mission = map_mission(
+        terrain=FlatTerrain(elevation_amsl_m=2.0 * FLOOR_M + 7.9),
+        stop=msgspec.structs.replace(map_mission().stop, time_limit_s=60.0),
+    )
+    result = simulate(plan_mission(mission, Path("pond.toml")))
+    assert all(result.finished)
+    assert not any(result.crashed)
+    above_m = result.positions_enu_m[30:90, 1, 2] - result.true_elevation_m.max()
+    assert np.median(above_m) >= 1.0

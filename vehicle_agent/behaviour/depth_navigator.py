@@ -29,6 +29,10 @@ OVER_HOME_M = 2.0
 WAIT_S = 2.0
 SURFACED_M = 0.1
 """Depth that is asked for when it comes up."""
+LEAST_DEPTH_M = 0.6
+RISE_M = 1.0
+NEAR_DEPTH_M = 0.4
+"""So near to its working depth a vehicle counts as at it."""
 LONGEST_FIX_S = 60.0
 """Longer at the surface without a fix, and it goes on without."""
 
@@ -83,6 +87,8 @@ class DepthNavigator:
             east, north, _ = around.state.position_enu_m
             text = f"up for a fix, position good to {self._drift.position_sd_m:.0f} m"
             return self._commit((east, north, self._surface_up_m - SURFACED_M), text, None)
+        if self._is_too_low(around.state):
+            return self._rise_from_ground(around.state)
         if around.now_s < self._not_before_s or not self._is_flown(around.state):
             return None
         decision = self._planner.ask(self._situation(around))
@@ -132,6 +138,20 @@ class DepthNavigator:
             self.leg = None
             return self._commit((east, north, self._up_m), "down again to its depth", None)
         return None
+
+    def _is_too_low(self, state: VehicleState) -> bool:
+        """Whether its own beam finds the ground nearer than it may be, and there is water above to rise into."""
+        below_m = state.sounding.range_m if state.sounding is not None else None
+        higher = self._up_m < self._surface_up_m - LEAST_DEPTH_M
+        near_its_depth = abs(state.position_enu_m[2] - self._up_m) < NEAR_DEPTH_M
+        return below_m is not None and below_m < self._band.clearance_m and higher and near_its_depth
+
+    def _rise_from_ground(self, state: VehicleState) -> Point | None:
+        """Keep a lesser depth from here on: ground that rises once may rise again."""
+        self._up_m = min(self._up_m + RISE_M, self._surface_up_m - LEAST_DEPTH_M)
+        self._band = HeightBand(self._band.clearance_m, self._up_m, self._up_m)
+        east, north, _ = state.position_enu_m
+        return self._commit((east, north, self._up_m), "rising ground: keeps a lesser depth", None)
 
     def _travel(self, around: Surroundings, place_en_m: tuple[float, float], why: str) -> Point | Arrived | None:
         away_m = way_length_m(around.state.position_enu_m, place_en_m)
