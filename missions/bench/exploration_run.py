@@ -17,9 +17,10 @@ from vehicle_agent.behaviour.units import to_centimetres
 from vehicle_agent.domain.elevation import CellObservations, ElevationMap
 from vehicle_agent.domain.frames import FloatArray, Point
 from vehicle_agent.domain.grid import Grid
-from vehicle_agent.domain.paths import assumed_surface
+from vehicle_agent.domain.paths import as_array, assumed_surface, leg_clearances
 from vehicle_agent.domain.polygon import BoolArray
 from vehicle_agent.domain.sensing import visible_surface
+from vehicle_agent.domain.shadows import guess_hidden_ground
 from vehicle_agent.planning.constraints import Constraints, Reservation
 from vehicle_agent.planning.interface import Observation, Planner, Situation, Teammate, Waypoint
 from vehicle_agent.wire.cells import pack_cells
@@ -68,6 +69,7 @@ class ExplorationRun:
     bytes_sent : by all vehicles together.
     overlap : mean number of vehicles that saw a cell, less one.
     finished : whether the surface was known before the steps ran out.
+    lowest_m : least height above the true ground along what was flown, metres.
     """
 
     positions_enu_m: FloatArray
@@ -76,6 +78,7 @@ class ExplorationRun:
     bytes_sent: int
     overlap: float
     finished: bool
+    lowest_m: float
 
     @property
     def steps(self) -> int:
@@ -115,12 +118,14 @@ class _Exploration:
         self._area: BoolArray = np.ones(grid.shape, dtype=np.bool_)
         self._map = ElevationMap(grid)
         self._seen_by = np.zeros((len(planners), *grid.shape), dtype=np.bool_)
+        self._hidden_guess_m = np.full((len(planners), *grid.shape), np.inf)
         self._positions = [self._above(*start) for start in starts_en_m]
         self._goals: list[Waypoint | None] = [None] * len(planners)
         self._ask_ms: list[float] = []
         self._bytes = 0
         self._codec = Codec()
         self._step = 0
+        self._lowest_m = math.inf
 
     def run(self, max_steps: int) -> ExplorationRun:
         track = [list(self._positions)]
@@ -144,6 +149,7 @@ class _Exploration:
             self._bytes,
             float(self._seen_by.sum(axis=0)[seen].mean()) - 1.0,
             curve[-1] >= DONE_AT,
+            self._lowest_m,
         )
 
     def _above(self, east_m: float, north_m: float) -> Point:
@@ -167,6 +173,16 @@ class _Exploration:
             if len(changed):
                 record = DeltaRecord("v", 0, self._step, pack_cells(changed))
                 self._say(MapDelta(sender="v", boot_id=0, sequence=0, stamp_ms=self._step, record=record))
+        known = self._map.elevation_m
+        for (east_m, north_m, up_m), hidden_guess_m in zip(self._positions, self._hidden_guess_m, strict=True):
+            u = (east_m - self._grid.west_m) / self._grid.cell_m - 0.5
+            v = (north_m - self._grid.south_m) / self._grid.cell_m - 0.5
+            guess_hidden_ground(known, u, v, up_m, self._grid.cell_m, self._team.range_m, hidden_guess_m)
+
+    def _to_stay_clear_of(self, index: int, surface: FloatArray) -> FloatArray:
+        """The team's surface, lower where this vehicle saw that the ground it does not know must be lower."""
+        hidden = ~self._map.observed & np.isfinite(self._hidden_guess_m[index])
+        return np.where(hidden, np.fmin(surface, self._hidden_guess_m[index]), surface)
 
     def _say(self, message: MapDelta | Claim) -> None:
         self._bytes += len(self._codec.encode(message))
@@ -176,7 +192,7 @@ class _Exploration:
         others = [other for other in range(len(self._planners)) if other != index]
         constraints = Constraints(
             self._grid,
-            surface,
+            self._to_stay_clear_of(index, surface),
             team.min_above_m,
             team.max_above_m,
             team.step_m,
@@ -194,19 +210,34 @@ class _Exploration:
         self._ask_ms.append(1e3 * (time.perf_counter() - began_s))
         if not isinstance(decision, Waypoint):
             return
-        goal = self._goals[index]
-        if decision.goal_enu_m is not None and (goal is None or goal.goal_enu_m != decision.goal_enu_m):
-            goal_cm = to_centimetres(decision.goal_enu_m)
-            cost_m = round(decision.goal_cost_m)
-            self._say(Claim(sender="v", boot_id=0, sequence=0, stamp_ms=0, active=True, goal_cm=goal_cm, cost_m=cost_m))
+        self._claim(decision, self._goals[index])
         self._goals[index] = decision
         end = decision.position_enu_m
         part = min(1.0, team.step_m / max(math.dist(here, end), 1e-9))
         east, north, up = (h + part * (e - h) for h, e in zip(here, end, strict=True))
         self._positions[index] = (east, north, up)
+        grid = self._grid
+        flown_m = leg_clearances(
+            self._truth, grid.west_m, grid.south_m, grid.cell_m, as_array(here), np.array([self._positions[index]])
+        )
+        self._lowest_m = min(self._lowest_m, float(flown_m[0]))
+
+    def _claim(self, decision: Waypoint, before: Waypoint | None) -> None:
+        """Tell the team of a goal or a tour that is not the one told before."""
+        same = before is not None and (before.goal_enu_m, before.tour) == (decision.goal_enu_m, decision.tour)
+        if decision.goal_enu_m is None or same:
+            return
+        number, patches = (decision.tour.number, decision.tour.patches) if decision.tour else (0, ())
+        self._say(
+            Claim(
+                sender="v", boot_id=0, sequence=0, stamp_ms=0, active=True,
+                goal_cm=to_centimetres(decision.goal_enu_m), cost_m=round(decision.goal_cost_m),
+                tour_number=number, tour=patches,
+            )
+        )  # fmt: skip
 
     def _teammate(self, index: int) -> Teammate:
         goal = self._goals[index]
         if goal is None or goal.goal_enu_m is None:
             return Teammate(index, self._positions[index])
-        return Teammate(index, self._positions[index], goal.goal_enu_m, goal.goal_cost_m)
+        return Teammate(index, self._positions[index], goal.goal_enu_m, goal.goal_cost_m, goal.tour)

@@ -7,7 +7,7 @@ import math
 from vehicle_agent.behaviour.units import to_centimetres
 from vehicle_agent.behaviour.voice import Voice
 from vehicle_agent.domain.frames import Point
-from vehicle_agent.planning.interface import Waypoint
+from vehicle_agent.planning.interface import AnnouncedTour, Waypoint
 from vehicle_agent.wire.messages import Claim
 
 SAME_GOAL_M = 1.0
@@ -19,17 +19,27 @@ class GoalClaim:
     def __init__(self, voice: Voice) -> None:
         self._voice = voice
         self._claimed: Point | None = None
+        self._tour: AnnouncedTour | None = None
 
     def follow(self, waypoint: Waypoint | None) -> None:
-        """Claim the goal of what is flown now; without a goal let the last one go."""
+        """Claim the goal and the tour of what is flown now; without a goal let the last ones go."""
         if waypoint is None or waypoint.goal_enu_m is None:
             self.release()
-        elif self._claimed is None or math.dist(self._claimed, waypoint.goal_enu_m) > SAME_GOAL_M:
-            self._claimed = waypoint.goal_enu_m
-            goal_cm, cost_m = to_centimetres(self._claimed), round(waypoint.goal_cost_m)
-            self._voice.say(Claim, active=True, goal_cm=goal_cm, cost_m=cost_m)
+            return
+        same_goal = self._claimed is not None and math.dist(self._claimed, waypoint.goal_enu_m) <= SAME_GOAL_M
+        if same_goal and waypoint.tour == self._tour:
+            return
+        self._claimed, self._tour = waypoint.goal_enu_m, waypoint.tour
+        self._voice.say(
+            Claim,
+            active=True,
+            goal_cm=to_centimetres(self._claimed),
+            cost_m=round(waypoint.goal_cost_m),
+            tour_number=self._tour.number if self._tour else 0,
+            tour=self._tour.patches if self._tour else (),
+        )
 
     def release(self) -> None:
         if self._claimed is not None:
             self._voice.say(Claim, active=False, goal_cm=to_centimetres(self._claimed), cost_m=0)
-            self._claimed = None
+            self._claimed = self._tour = None

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from vehicle_agent.behaviour.units import to_metres
 from vehicle_agent.domain.frames import Point
 from vehicle_agent.planning.constraints import Reservation
-from vehicle_agent.planning.interface import Teammate
+from vehicle_agent.planning.interface import AnnouncedTour, Teammate
 from vehicle_agent.ports import FlightMode
 from vehicle_agent.wire.messages import Claim, Stage, Status
 
@@ -101,6 +101,7 @@ class TeamPicture:
                     to_metres(known.status.position_cm),
                     to_metres(claim.goal_cm) if claim else None,
                     float(claim.cost_m) if claim else 0.0,
+                    AnnouncedTour(claim.tour_number, claim.tour) if claim and claim.tour else None,
                 )
             )
         return tuple(working)

@@ -80,6 +80,11 @@ class ElevationMap:
         observed: BoolArray = self.first_stamp_ms != UNOBSERVED_STAMP_MS
         return observed
 
+    def observed_in(self, cells: tuple[slice, slice]) -> BoolArray:
+        """The part of `observed` in a window of columns and rows, without looking at the rest."""
+        observed: BoolArray = self.first_stamp_ms[cells] != UNOBSERVED_STAMP_MS
+        return observed
+
     @property
     def elevation_m(self) -> FloatArray:
         """(columns, rows) float64, ENU z of the surface in metres, NaN where unobserved."""

@@ -16,7 +16,8 @@ from vehicle_agent.domain.paths import (
 )
 from vehicle_agent.domain.polynomials import cubic_monomials
 from vehicle_agent.domain.segments import come_too_near, segment_distance_m
-from vehicle_agent.domain.tours import share_out
+from vehicle_agent.domain.shared_tours import mend_tours
+from vehicle_agent.domain.sweeps import unseen_beside
 from vehicle_agent.domain.visibility import seen_cells, weigh_views
 
 
@@ -34,8 +35,9 @@ def warm_up() -> None:
     weigh_views(elevation, np.ones((2, 3)), 1.0, 2.0, elevation)
     assumed_surface(elevation, np.ones((4, 4), dtype=np.bool_), 1.0, 2, 1.5)
     travel_distances(np.ones((4, 4), dtype=np.bool_), 0, 0)
-    places = np.zeros((2, 2))
-    share_out(places, places, places, np.zeros(2), 1.0, 1)
+    mend_tours(np.ones((3, 2)), np.ones((1, 2)), 0.0, np.zeros(3), np.full(3, -1), 1, 1, 1)
+    known = np.ones((4, 4), dtype=np.bool_)
+    unseen_beside(known, known, np.ones(2), np.ones((2, 2)), 1.0)
 
 
 if __name__ == "__main__":

@@ -6,6 +6,7 @@ import numpy as np
 
 from vehicle_agent.domain.elevation import UNOBSERVED_STAMP_MS
 from vehicle_agent.domain.ray_fan import count_seen, down_looking_fan, first_with_view, unknown_met
+from vehicle_agent.domain.tours import share_out
 from vehicle_agent.domain.voxel_evidence import VoxelEvidence
 from vehicle_agent.domain.voxel_grid import VoxelGrid
 from vehicle_agent.domain.voxel_paths import voxel_distances
@@ -23,6 +24,8 @@ def warm_up() -> None:
     voxel_distances(np.ones((4, 4, 4), dtype=np.bool_), 0, np.empty(0, dtype=np.bool_), 0)
     count_seen(states, fan.steps, fan.firsts, fan.ray_to, spots, spots, np.ones(1), 1.0)
     unknown_met(states, fan.steps, fan.firsts, spots, 1, 0.1)
+    places = np.zeros((2, 2))
+    share_out(places, places, places, np.zeros(2), 1.0, 1)
     crossings = fan.crossings
     first_with_view(
         states, fan.steps, fan.firsts, fan.reach, crossings.firsts, crossings.rays, crossings.steps, spots, spots

@@ -12,6 +12,22 @@ from vehicle_agent.planning.constraints import Constraints
 
 
 @dataclass(frozen=True, slots=True)
+class AnnouncedTour:
+    """The order in which a vehicle means to visit patches of the ground.
+
+    Attributes
+    ----------
+    number
+        Higher than every announcement that it knew of: of two that hold the same patch the higher counts.
+    patches
+        Numbers of patches, the next one first.
+    """
+
+    number: int
+    patches: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Teammate:
     """What a vehicle knows of a teammate that it still hears.
 
@@ -25,12 +41,15 @@ class Teammate:
         What it claims to be going for; None when it claims nothing.
     goal_cost_m
         Length of its way to that goal when it claimed it.
+    tour
+        What it announced to visit; None when it announced nothing.
     """
 
     index: int
     position_enu_m: Point
     goal_enu_m: Point | None = None
     goal_cost_m: float = 0.0
+    tour: AnnouncedTour | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,6 +115,8 @@ class Waypoint:
         Length of the way to the goal.
     route_enu_m
         Points after this one, as planned now.
+    tour
+        Patches that it means to visit, for teammates to leave to it; None when it plans none.
     """
 
     position_enu_m: Point
@@ -103,6 +124,7 @@ class Waypoint:
     goal_enu_m: Point | None = None
     goal_cost_m: float = 0.0
     route_enu_m: tuple[Point, ...] = ()
+    tour: AnnouncedTour | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,25 +1,34 @@
 """Tours: decentralised exploration in which the team shares the unseen ground out as tours of equal length.
 
-The unseen ground is divided into patches as wide as a sensor sweeps. Each vehicle, from the team's map and its
-teammates' positions alone, computes the whole team's tours (the longest made as short as it can) and flies its own.
-Because the computation has no dice, vehicles with the same knowledge agree; where knowledge lags, a teammate's claim
-settles who goes. Tours are computed anew when the patch ahead is seen, when a teammate takes it, or after a while.
+The unseen ground is divided into patches about as wide as a sensor sees. Each vehicle announces the order in which it
+means to visit its patches; whoever decides puts the announced tours together, mends them a little so that the longest
+becomes shorter (from the team's map and its teammates' positions alone), flies its own and announces it. On the way to
+a patch it bends its path to where it sees more unseen ground in passing.
 """
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from vehicle_agent.domain.frames import FloatArray, Point
-from vehicle_agent.domain.grid import IndexArray
 from vehicle_agent.domain.polygon import BoolArray
-from vehicle_agent.domain.tours import share_out
+from vehicle_agent.domain.sweeps import unseen_beside
 from vehicle_agent.planning.frontier_travel import bearing_word
-from vehicle_agent.planning.interface import Decision, Finished, Observation, Situation, Wait, Waypoint
+from vehicle_agent.planning.interface import (
+    AnnouncedTour,
+    Decision,
+    Finished,
+    Observation,
+    Situation,
+    Wait,
+    Waypoint,
+)
 from vehicle_agent.planning.patches import PatchDivision, Patches
+from vehicle_agent.planning.team_tours import Tourist, own_tour
 from vehicle_agent.planning.travel import next_leg, way_length_m
 
 EastNorth = tuple[float, float]
@@ -27,7 +36,7 @@ EastNorth = tuple[float, float]
 
 @dataclass(frozen=True, slots=True)
 class ToursParams:
-    """How the ground is shared out.
+    """How the ground is shared out and swept.
 
     Attributes
     ----------
@@ -35,35 +44,44 @@ class ToursParams:
         Width of a patch in sensing ranges.
     service
         Extra way that a wholly unseen patch costs, in patch widths.
-    look_closer_after
-        Fruitless decisions after which a patch is approached at its nearest unseen cell, no more at the middle of them.
     remnant_share, seen_beside
         A patch with less than this share unseen is no stop of its own when a stop lies within `seen_beside` sensing
         ranges of it: whoever goes there sees it in passing.
+    first_trials, trials, most_taken
+        Changes tried to the very first tours and at each decision, and patches moved at once.
+    leg
+        A decision holds for as many whole steps as fit into this many sensing ranges, and for one at least.
+    sweep_radius, sweep_length, sweep_weight
+        A way is worth what lies unseen within this many sensing ranges of its first `sweep_length` ranges, as length
+        of a way through unseen ground; so much detour, times the weight, it may cost.
+    look_closer_after
+        Fruitless decisions after which a patch is approached at its nearest unseen cell, no more at the middle of them.
     patience
         Fruitless decisions, neither nearer nor seeing more, after which a patch is given up; when nothing else is left
         those given up are tried once more, since what stood in the way may have gone.
-    keep_for
-        Decisions after which tours are computed anew in any case.
-    passes
-        Most rounds of improvement of the tours.
-    way_back
-        Weight of the way home in a tour, for a vehicle that has a home.
     """
 
-    patch_width: float = 1.5
+    patch_width: float = 1.0
     service: float = 0.3
-    look_closer_after: int = 2
     remnant_share: float = 0.35
     seen_beside: float = 0.85
+    first_trials: int = 300
+    trials: int = 30
+    most_taken: int = 8
+    leg: float = 0.75
+    sweep_radius: float = 0.8
+    sweep_length: float = 0.5
+    sweep_weight: float = 1.5
+    look_closer_after: int = 2
     patience: int = 6
-    keep_for: int = 3
-    passes: int = 30
-    way_back: float = 1.0
 
 
 TO_AND_FRO = 4
 """A patch may be approached again from afar for so many times the patience."""
+WHOLE_STEP = 0.95
+"""A leg is flown on while so much of a step is left of it: short steps waste time."""
+BENDS_RAD = np.array([0.0, 0.3, -0.3, 0.6, -0.6, 0.9, -0.9, 1.2, -1.2])
+"""Headings tried, away from the straight way to a patch."""
 
 
 @dataclass(slots=True)
@@ -101,13 +119,14 @@ class TourExplorer:
 
     def __init__(self, home_en_m: EastNorth | None, range_m: float, params: ToursParams | None = None) -> None:
         self._params = params or ToursParams()
-        self._home_en_m = home_en_m
+        self._home_en_m = None if home_en_m is None else np.array(home_en_m)
         self._range_m = range_m
         self._division: PatchDivision | None = None
+        self._tour: AnnouncedTour | None = None
         self._tour_en_m: list[EastNorth] = []
         self._patch: int | None = None
-        self._unseen_when_chosen = 0
-        self._decisions = 0
+        self._waypoint: Waypoint | None = None
+        self._leg_end: Point = (0.0, 0.0, 0.0)
         self._given_up: set[int] = set()
         self._tried_again = False
         self._efforts: dict[int, _Effort] = {}
@@ -119,34 +138,87 @@ class TourExplorer:
         if self._division is None:
             width_m = self._params.patch_width * self._range_m
             self._division = PatchDivision(situation.team_map.grid, situation.area_cells, width_m)
-        self._decisions += 1
-        if self._must_share_out(situation, self._division) and not self._share_out(situation, self._division):
+        if self._waypoint is not None and self._patch is not None:
+            flown_on = self._fly_on(situation, self._division, self._waypoint, self._patch)
+            if flown_on is not None:
+                return flown_on
+        self._waypoint = None
+        if not self._share_out(situation, self._division):
             return Finished("nothing unseen is left within reach")
         assert self._patch is not None
-        target = self._target_in(situation, self._division, self._patch)
-        if self._is_fruitless(situation, self._division, self._patch, target):
+        middle, nearest, unseen = self._unseen_of(situation, self._division, self._patch)
+        effort = self._efforts.setdefault(self._patch, _Effort())
+        target = middle if effort.without_best < self._params.look_closer_after else nearest
+        here = situation.position_enu_m
+        away_m = way_length_m(here, target)
+        effort.note(unseen, way_length_m(here, nearest), 0.25 * situation.team_map.grid.cell_m)
+        if max(effort.fruitless, effort.without_best / TO_AND_FRO) >= self._params.patience:
             self._given_up.add(self._patch)
             self._patch = None
             return Wait("gave up a patch: no way to see the rest of it")
-        end = next_leg(situation.position_enu_m, target, situation.constraints)
-        here = situation.position_enu_m
-        away_m = way_length_m(here, target)
         what = f"unseen patch {away_m:.0f} m {bearing_word(here[:2], target)}"
+        end = self._leg(situation, target, away_m)
         if end is None:
             return Wait(f"{what}: the way is taken")
-        route = [(target[0], target[1], end[2]), *((e, n, end[2]) for e, n in self._tour_en_m)]
-        why = f"{what}, first of {len(self._tour_en_m) + 1} in its tour"
-        return Waypoint(end, why, route[0], away_m, tuple(route[:12]))
+        goal = (*self._tour_en_m[0], end[2])
+        route = [(target[0], target[1], end[2]), *((e, n, end[2]) for e, n in self._tour_en_m[1:])]
+        why = f"{what}, first of {len(self._tour_en_m)} in its tour"
+        self._leg_end = end
+        first = _on_the_way(here, end, situation.constraints.reach_m)
+        self._waypoint = Waypoint(first, why, goal, away_m, tuple(route[:12]), self._tour)
+        return self._waypoint
 
-    def _must_share_out(self, situation: Situation, division: PatchDivision) -> bool:
-        if self._patch is None or self._decisions >= self._params.keep_for:
-            return True
-        cells = division.cells_of(self._patch)
-        unseen = int((situation.area_cells[cells] & ~situation.team_map.observed[cells]).sum())
-        return unseen == 0 or unseen < self._params.remnant_share * self._unseen_when_chosen
+    def _fly_on(self, situation: Situation, division: PatchDivision, waypoint: Waypoint, patch: int) -> Waypoint | None:
+        """The next step of the leg decided on last; None at its end, where it is taken, or when its patch is seen."""
+        here, reach_m = situation.position_enu_m, situation.constraints.reach_m
+        if math.dist(here, self._leg_end) < WHOLE_STEP * reach_m:
+            return None
+        cells = division.cells_of(patch)
+        if not (situation.area_cells[cells] & ~situation.team_map.observed_in(cells)).any():
+            return None
+        step = _on_the_way(here, self._leg_end, reach_m)
+        allowed = situation.constraints.admissible(here, np.array([step]))[0]
+        return dataclasses.replace(waypoint, position_enu_m=step) if allowed else None
+
+    def _leg(self, situation: Situation, target: EastNorth, away_m: float) -> Point | None:
+        """End of the next leg towards a target, bent to where more unseen ground lies beside it."""
+        constraints = situation.constraints
+        here = situation.position_enu_m
+        steps = max(1, int(self._params.leg * self._range_m / constraints.reach_m + 1e-9))
+        longer = constraints if steps == 1 else dataclasses.replace(constraints, reach_m=steps * constraints.reach_m)
+        if away_m < constraints.reach_m and len(self._tour_en_m) > 1:
+            target = _beyond(target, self._tour_en_m[1], constraints.reach_m - away_m)
+        bent = self._bent(situation, target)
+        if bent is not None:
+            end = next_leg(here, bent, longer)
+            if end is not None and math.dist(end[:2], here[:2]) > 0.25 * constraints.reach_m:
+                return end
+        return next_leg(here, target, longer)
+
+    def _bent(self, situation: Situation, target: EastNorth) -> EastNorth | None:
+        """A place beside the way to a target that is worth the detour; None when straight on is best."""
+        params, grid = self._params, situation.team_map.grid
+        here = situation.position_enu_m
+        away_m = way_length_m(here, target)
+        if away_m < 0.25 * self._range_m:
+            return None
+        length_m = min(params.sweep_length * self._range_m, away_m)
+        headings = math.atan2(target[1] - here[1], target[0] - here[0]) + BENDS_RAD
+        ends = np.column_stack((here[0] + length_m * np.cos(headings), here[1] + length_m * np.sin(headings)))
+        corner = np.array([grid.west_m, grid.south_m])
+        radius_m = params.sweep_radius * self._range_m
+        start_cells, ends_cells = (np.array(here[:2]) - corner) / grid.cell_m - 0.5, (ends - corner) / grid.cell_m - 0.5
+        beside = unseen_beside(
+            situation.team_map.observed, situation.area_cells, start_cells, ends_cells, radius_m / grid.cell_m
+        )
+        detours_m = np.hypot(*(ends - np.array(target)).T) + length_m - away_m
+        worth_m = params.sweep_weight * beside * grid.cell_m**2 / (2.0 * radius_m) - detours_m
+        inside = (ends_cells > 0.1) & (ends_cells < np.array(grid.shape) - 1.1)
+        best = int(np.argmax(np.where(inside.all(axis=1), worth_m, -math.inf)))
+        return None if best == 0 or worth_m[best] <= worth_m[0] else (float(ends[best, 0]), float(ends[best, 1]))
 
     def _share_out(self, situation: Situation, division: PatchDivision) -> bool:
-        """Compute the team's tours and take the own one; False when nothing is left."""
+        """Mend the team's tours and take the own one; False when nothing is left."""
         params = self._params
         patches = division.with_unseen(situation.area_cells & ~situation.team_map.observed)
         untried = ~np.isin(patches.numbers, list(self._given_up))
@@ -160,59 +232,62 @@ class TourExplorer:
         patches = patches.only(_stops(patches, params.remnant_share * whole, params.seen_beside * self._range_m))
         if len(patches) == 0:
             return False
-        self._decisions = 0
-        team = sorted(
-            [(situation.index, situation.position_enu_m), *((t.index, t.position_enu_m) for t in situation.teammates)]
-        )
-        starts = np.array([position[:2] for _, position in team])
-        width_m = params.patch_width * self._range_m
-        service = params.service * width_m * np.minimum(1.0, patches.unseen / whole)
-        ends = starts if self._home_en_m is None else np.tile(np.array(self._home_en_m), (len(team), 1))
-        way_back = 0.0 if self._home_en_m is None else params.way_back
-        tours, lengths = share_out(starts, ends, patches.centroids_en_m, service, way_back, params.passes)
-        mine = [index for index, _ in team].index(situation.index)
-        own = tours[mine, : lengths[mine]]
-        if len(own) == 0:
-            own = _nearest(patches.centroids_en_m, situation.position_enu_m)
-        number = int(patches.numbers[own[0]])
-        self._patch = number
-        self._unseen_when_chosen = int(patches.unseen[own[0]])
-        self._tour_en_m = [(float(e), float(n)) for e, n in patches.centroids_en_m[own[1:]]]
+        team = [Tourist(situation.index, situation.position_enu_m, self._tour)]
+        team += [Tourist(mate.index, mate.position_enu_m, mate.tour) for mate in situation.teammates]
+        team.sort(key=lambda member: member.index)
+        service_m = params.service * params.patch_width * self._range_m * np.minimum(1.0, patches.unseen / whole)
+        trials = params.trials if any(member.tour for member in team) else params.first_trials
+        self._tour = own_tour(team, situation.index, patches, service_m, self._home_en_m, trials, params.most_taken)
+        place_of = {int(number): place for place, number in enumerate(patches.numbers)}
+        own = [place_of[number] for number in self._tour.patches]
+        if not own:
+            own = [_nearest(patches.centroids_en_m, situation.position_enu_m)]
+        self._patch = int(patches.numbers[own[0]])
+        self._tour_en_m = [(float(e), float(n)) for e, n in patches.centroids_en_m[own]]
         return True
 
-    def _target_in(self, situation: Situation, division: PatchDivision, patch: int) -> EastNorth:
-        """Where to go for a patch: the middle of its unseen cells, or the nearest when that has not helped."""
+    def _unseen_of(self, situation: Situation, division: PatchDivision, patch: int) -> tuple[EastNorth, EastNorth, int]:
+        """Middle of a patch's unseen cells, the nearest of them, and how many there are."""
         columns, rows = division.cells_of(patch)
-        unseen = situation.area_cells[columns, rows] & ~situation.team_map.observed[columns, rows]
-        across, along = np.nonzero(unseen)
+        across, along = np.nonzero(
+            situation.area_cells[columns, rows] & ~situation.team_map.observed_in((columns, rows))
+        )
         grid = situation.team_map.grid
         points = grid.centres_of((across + columns.start) * grid.rows + along + rows.start)
-        here = np.array(situation.position_enu_m[:2])
-        if self._efforts.get(patch, _Effort()).fruitless < self._params.look_closer_after:
-            middle = points.mean(axis=0)
-            return (float(middle[0]), float(middle[1]))
-        nearest = points[int(np.argmin(np.hypot(*(points - here).T)))]
-        return (float(nearest[0]), float(nearest[1]))
-
-    def _is_fruitless(self, situation: Situation, division: PatchDivision, patch: int, target: EastNorth) -> bool:
-        """Note a decision for a patch; True when too many brought the vehicle no nearer and showed no more of it."""
-        cells = division.cells_of(patch)
-        unseen = int((situation.area_cells[cells] & ~situation.team_map.observed[cells]).sum())
-        away_m = way_length_m(situation.position_enu_m, target)
-        effort = self._efforts.setdefault(patch, _Effort())
-        effort.note(unseen, away_m, 0.25 * situation.team_map.grid.cell_m)
-        return max(effort.fruitless, effort.without_best / TO_AND_FRO) >= self._params.patience
+        middle, nearest = points.mean(axis=0), points[_nearest(points, situation.position_enu_m)]
+        return (float(middle[0]), float(middle[1])), (float(nearest[0]), float(nearest[1])), len(points)
 
 
-def _nearest(points_en_m: FloatArray, position_enu_m: Point) -> IndexArray:
-    return np.array([np.argmin(np.hypot(*(points_en_m - np.array(position_enu_m[:2])).T))], dtype=np.int64)
+def _nearest(points_en_m: FloatArray, position_enu_m: Point) -> int:
+    return int(np.argmin(np.hypot(*(points_en_m - np.array(position_enu_m[:2])).T)))
+
+
+def _on_the_way(here: Point, end: Point, reach_m: float) -> Point:
+    """The end of a leg, or the place on it that is so far over ground."""
+    away_m = math.hypot(end[0] - here[0], end[1] - here[1])
+    if away_m <= reach_m:
+        return end
+    part = reach_m / away_m
+    return (
+        here[0] + part * (end[0] - here[0]),
+        here[1] + part * (end[1] - here[1]),
+        here[2] + part * (end[2] - here[2]),
+    )
+
+
+def _beyond(place: EastNorth, following: EastNorth, length_m: float) -> EastNorth:
+    """A place on the way from one to the next, so that a leg does not end at the first."""
+    part = min(1.0, (length_m + 0.01) / max(math.dist(place, following), 1e-9))
+    return (place[0] + part * (following[0] - place[0]), place[1] + part * (following[1] - place[1]))
 
 
 def _stops(patches: Patches, remnant_cells: float, beside_m: float) -> BoolArray:
     """Which patches need a stop of their own, the fullest first: (P,) bool."""
     points = patches.centroids_en_m
-    stops = np.zeros(len(patches), dtype=np.bool_)
+    stops: BoolArray = patches.unseen >= remnant_cells
+    full = stops.copy()
     for index in np.argsort(-patches.unseen, kind="stable"):
-        beside = np.hypot(*(points[stops] - points[index]).T) < beside_m
-        stops[index] = patches.unseen[index] >= remnant_cells or not beside.any()
+        if not full[index]:
+            beside = np.hypot(*(points[stops] - points[index]).T) < beside_m
+            stops[index] = not beside.any()
     return stops

@@ -12,6 +12,8 @@ from vehicle_agent.domain.polygon import BoolArray
 from vehicle_agent.planning.constraints import Constraints
 
 BESIDE_CELLS = 3
+LOOK_AHEAD = 3.0
+"""A way is cut short towards its farthest point in sight within so many legs, so that legs keep their full length."""
 
 
 def next_leg(position_enu_m: Point, goal_en_m: tuple[float, float], constraints: Constraints) -> Point | None:
@@ -50,7 +52,7 @@ def _targets(
         return []
     way = [grid.centre_of(*cell) for cell in trace_way(parents, *goal)]
     ahead = [point for point in way if math.dist(point, position_enu_m[:2]) > 0.5 * grid.cell_m]
-    within = [point for point in ahead if math.dist(point, position_enu_m[:2]) <= constraints.reach_m]
+    within = [point for point in ahead if math.dist(point, position_enu_m[:2]) <= LOOK_AHEAD * constraints.reach_m]
     seen = [point for point in within if _line_is_known(position_enu_m, point, constraints)]
     if seen or not ahead:
         return seen[:-4:-1]

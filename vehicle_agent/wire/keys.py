@@ -82,7 +82,7 @@ class Topic:
 TOPICS: tuple[Topic, ...] = (
     Topic("status", Status, 1.0, Delivery.LATEST, Urgency.HIGH, 260),
     Topic("map", MapDelta, 2.0, Delivery.BULK, Urgency.LOW, 1_500),
-    Topic("claim", Claim, None, Delivery.LATEST, Urgency.HIGH, 80),
+    Topic("claim", Claim, None, Delivery.LATEST, Urgency.HIGH, 200),
     Topic("event", Event, None, Delivery.RECOVERED, Urgency.NORMAL, 240, history=50),
     Topic("command", Command, None, Delivery.RECOVERED, Urgency.HIGH, 200, history=20),
     Topic("result", CommandResult, None, Delivery.RECOVERED, Urgency.HIGH, 240, history=20),

@@ -18,6 +18,7 @@ MAX_RECORDS = 256
 
 Name = Annotated[str, Meta(pattern=NAME_PATTERN)]
 U32 = Annotated[int, Meta(ge=0, le=2**32 - 1)]
+PatchNumber = Annotated[int, Meta(ge=0, lt=400)]
 StampMs = Annotated[int, Meta(ge=0, le=2**53)]
 Centimetres = Annotated[int, Meta(ge=-(10**8), le=10**8)]
 PositionCm = tuple[Centimetres, Centimetres, Centimetres]
@@ -158,6 +159,10 @@ class Claim(Message, frozen=True, tag=3, kw_only=True):
     goal_cm: PositionCm
     cost_m: Annotated[int, Meta(ge=0, le=10**7)]
     """Length of the sender's way to the goal, metres."""
+    tour_number: U32 = 0
+    """Higher than every tour's that the sender knew of when it planned its own; 0 when it plans none."""
+    tour: Annotated[tuple[PatchNumber, ...], Meta(max_length=400)] = ()
+    """Patches of the ground that the sender means to visit, the next one first."""
 
 
 class Event(Message, frozen=True, tag=4, kw_only=True):
