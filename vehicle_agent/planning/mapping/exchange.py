@@ -65,6 +65,8 @@ class LandmarkExchange:
         self._visible = np.asarray(visible, dtype=np.int64)
         keep = self._news if self.params.keeps_backlog else np.empty(0, np.int64)
         self._news = np.union1d(keep, np.asarray(sealed, dtype=np.int64))
+        for landmark in np.asarray(sealed, dtype=np.int64).tolist():
+            self._told.pop(landmark, None)  # what is news again is told again
 
     def packet(self, position_enu_m: Point, teammates_enu_m: Sequence[Point]) -> LandmarkRecords:
         """What to tell now: at most `capacity` landmarks, nearest to reachable teammates first.
