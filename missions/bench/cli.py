@@ -54,26 +54,37 @@ def conformance(json_file: Path | None) -> None:
 
 
 @bench.command()
-@click.option("--environments", type=click.IntRange(1, 1000), default=100, show_default=True, help="Random hills.")
-@click.option("--vehicles", type=click.IntRange(1, 64), default=8, show_default=True)
+@click.option(
+    "--environments", type=click.IntRange(1, 1000), show_default="100, or 2 with --scaling", help="Random hills."
+)
+@click.option("--vehicles", type=click.IntRange(1, 64), show_default="8")
 @click.option("--range", "range_m", type=click.FloatRange(3.5, 50.0), default=8.0, show_default=True, help="Metres.")
 @click.option("--step", "step_m", type=click.FloatRange(0.5, 20.0), default=2.0, show_default=True, help="Metres.")
+@click.option("--scaling", is_flag=True, help="Time plans of 2 to 64 vehicles on maps of 100 to 1000 cells a side.")
 @SEED
 @JSON
 @EXPORT
 def exploration(
-    environments: int,
-    vehicles: int,
+    environments: int | None,
+    vehicles: int | None,
     range_m: float,
     step_m: float,
+    scaling: bool,
     seed: int,
     json_file: Path | None,
     export: Path | None,
 ) -> None:
     """Explore random hills with every planner; tell steps, planning time, bytes and overlap."""
     from missions.bench.exploration import bench_exploration
+    from missions.bench.exploration_scaling import bench_scaling
 
-    sys.exit(bench_exploration(environments, vehicles, range_m, step_m, seed, json_file, export))
+    if scaling:
+        if vehicles is not None or export is not None:
+            raise click.UsageError(
+                "--scaling has its own team sizes and exports nothing; leave out --vehicles, --export"
+            )
+        sys.exit(bench_scaling(environments or 2, range_m, step_m, seed, json_file))
+    sys.exit(bench_exploration(environments or 100, vehicles or 8, range_m, step_m, seed, json_file, export))
 
 
 class _TeamSizes(click.ParamType[tuple[int, ...]]):

@@ -33,6 +33,8 @@ class Job:
     vehicles: int
     team: TeamParams
     export: Path | None
+    hills: HillsParams = HILLS
+    max_steps: int = MAX_STEPS
 
 
 def starts(vehicles: int) -> list[tuple[float, float]]:
@@ -52,9 +54,10 @@ def least_steps(vehicles: int, team: TeamParams) -> float:
 
 def run_job(job: Job) -> tuple[Job, ExplorationRun]:
     """Run one planner in one environment, both drawn from the seed; export what was asked for."""
-    grid = HILLS.grid
+    kernels.warm_up()  # what a process loads at its first call is no planning time
+    grid = job.hills.grid
     hills = np.random.default_rng(np.random.SeedSequence(job.seed, spawn_key=(job.environment,)))
-    elevation_m = draw_hills(HILLS, hills)
+    elevation_m = draw_hills(job.hills, hills)
     planners = [
         make_planner(
             job.planner,
@@ -66,9 +69,9 @@ def run_job(job: Job) -> tuple[Job, ExplorationRun]:
         )
         for index in range(job.vehicles)
     ]
-    run = explore(grid, elevation_m, starts(job.vehicles), planners, job.team, MAX_STEPS)
+    run = explore(grid, elevation_m, starts(job.vehicles), planners, job.team, job.max_steps)
     if job.export is not None:
-        np.savez_compressed(job.export / f"env_{job.environment:03d}.npz", elevation_m=elevation_m, cell_m=HILLS.cell_m)
+        np.savez_compressed(job.export / f"env_{job.environment:03d}.npz", elevation_m=elevation_m, cell_m=grid.cell_m)
         np.savez_compressed(
             job.export / f"run_{job.environment:03d}_{job.planner}.npz",
             positions_enu_m=run.positions_enu_m,

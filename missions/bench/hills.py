@@ -9,6 +9,9 @@ import numpy as np
 from vehicle_agent.domain.frames import FloatArray
 from vehicle_agent.domain.grid import Grid
 
+FOOT = 9.0
+"""Standard deviations beyond which a Gaussian is lost in rounding."""
+
 
 @dataclass(frozen=True, slots=True)
 class HillsParams:
@@ -47,6 +50,9 @@ def draw_hills(params: HillsParams, rng: np.random.Generator) -> FloatArray:
     for _ in range(params.peaks):
         centre = rng.uniform(0.0, params.side_m, 2)
         height = rng.uniform(*params.height_m)
-        away_squared = (east - centre[0]) ** 2 + (north - centre[1]) ** 2
-        surface += height * np.exp(-away_squared / (2.0 * params.sigma_m**2))
+        low = np.maximum(0, (centre - FOOT * params.sigma_m) // params.cell_m).astype(int)
+        high = ((centre + FOOT * params.sigma_m) // params.cell_m).astype(int) + 1
+        near = (slice(low[0], high[0]), slice(low[1], high[1]))
+        away_squared = (east[near] - centre[0]) ** 2 + (north[near] - centre[1]) ** 2
+        surface[near] += height * np.exp(-away_squared / (2.0 * params.sigma_m**2))
     return surface

@@ -117,7 +117,7 @@ def test_shortest_ways_are_those_of_scipy(seed: int) -> None:
     rng = np.random.default_rng(seed)
     passable = rng.random((13, 17)) < 0.7
     passable[2, 3] = True
-    distances, parents = travel_distances(passable, 2, 3)
+    distances, parents = travel_distances(passable, 2, 3, -1, -1)
     rows = passable.shape[1]
     links = [
         (c * rows + r, (c + dc) * rows + r + dr, math.hypot(dc, dr))

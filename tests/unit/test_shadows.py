@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from vehicle_agent.domain.elevation import UNOBSERVED_STAMP_MS
 from vehicle_agent.domain.grid import Grid
 from vehicle_agent.domain.sensing import visible_surface
 from vehicle_agent.domain.shadows import guess_hidden_ground
@@ -50,9 +51,9 @@ def test_behind_a_wall_the_guess_is_its_shadow() -> None:
 
 
 def test_unseen_cells_beside_a_way_are_counted_once() -> None:
-    observed = np.zeros((20, 10), dtype=bool)
-    observed[:, :5] = True
+    first_stamp_ms = np.full((20, 10), UNOBSERVED_STAMP_MS)
+    first_stamp_ms[:, :5] = 7
     area = np.ones((20, 10), dtype=bool)
     ends = np.array([[10.0, 5.0], [10.0, 2.0]])
-    counts = unseen_beside(observed, area, np.array([5.0, 5.0]), ends, 0.5)
+    counts = unseen_beside(first_stamp_ms, area, np.array([5.0, 5.0]), ends, 0.5)
     assert counts.tolist() == [6.0, 1.0]

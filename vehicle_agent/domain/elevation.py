@@ -64,15 +64,19 @@ class ElevationMap:
         (columns, rows) uint64, bit i set when the vehicle with team index i is among the first observers e(s).
     elevation_dm
         (columns, rows) int32, ENU z of the surface in decimetres; `NO_ELEVATION_DM` where unobserved.
+    observed_cells
+        How many cells are observed; it only grows, and tells `observed_since` how much of the map is known already.
     """
 
-    __slots__ = ("elevation_dm", "first_stamp_ms", "grid", "observers")
+    __slots__ = ("_in_order", "elevation_dm", "first_stamp_ms", "grid", "observed_cells", "observers")
 
     def __init__(self, grid: Grid) -> None:
         self.grid = grid
         self.first_stamp_ms: StampArray = np.full(grid.shape, UNOBSERVED_STAMP_MS, dtype=np.int64)
         self.observers: npt.NDArray[np.uint64] = np.zeros(grid.shape, dtype=np.uint64)
         self.elevation_dm: ElevationArray = np.full(grid.shape, NO_ELEVATION_DM, dtype=np.int32)
+        self.observed_cells = 0
+        self._in_order: IndexArray = np.empty(grid.cells, dtype=np.int64)
 
     @property
     def observed(self) -> BoolArray:
@@ -84,6 +88,10 @@ class ElevationMap:
         """The part of `observed` in a window of columns and rows, without looking at the rest."""
         observed: BoolArray = self.first_stamp_ms[cells] != UNOBSERVED_STAMP_MS
         return observed
+
+    def observed_since(self, cells: int) -> IndexArray:
+        """Flat indices of those that became observed after the first so many: (N,) int64, each cell once, to read."""
+        return self._in_order[cells : self.observed_cells]
 
     @property
     def elevation_m(self) -> FloatArray:
@@ -135,11 +143,16 @@ class ElevationMap:
         changed: BoolArray = earlier | (
             tied & ((joined_bits != observers[indices]) | (joined_elevations != elevations[indices]))
         )
+        self._note_observed(indices[mine == UNOBSERVED_STAMP_MS])
         where = indices[changed]
         stamps[where] = stamps_ms[changed]
         observers[where] = joined_bits[changed]
         elevations[where] = joined_elevations[changed]
         return changed
+
+    def _note_observed(self, indices: IndexArray) -> None:
+        self._in_order[self.observed_cells : self.observed_cells + len(indices)] = indices
+        self.observed_cells += len(indices)
 
     def first_observer_share(self, observer_index: int, within: BoolArray | None = None) -> float:
         """J_E of one vehicle: cells it saw first, each divided by its number of first observers (Renzaglia eq. 5)."""
@@ -159,6 +172,7 @@ class ElevationMap:
         loaded = cls(grid)
         for name in _ARRAYS:
             getattr(loaded, name)[...] = arrays[name]
+        loaded._note_observed(np.flatnonzero(loaded.observed))
         return loaded
 
     def copy(self) -> ElevationMap:
@@ -166,6 +180,7 @@ class ElevationMap:
         duplicate.first_stamp_ms[...] = self.first_stamp_ms
         duplicate.observers[...] = self.observers
         duplicate.elevation_dm[...] = self.elevation_dm
+        duplicate._note_observed(self.observed_since(0))
         return duplicate
 
     def __eq__(self, other: object) -> bool:

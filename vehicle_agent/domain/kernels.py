@@ -7,11 +7,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from vehicle_agent.domain.patch_sums import add_cells, stops_of
 from vehicle_agent.domain.paths import (
     assumed_surface,
     clear_legs,
     ground_heights,
     leg_clearances,
+    nearest_known_cell,
     travel_distances,
 )
 from vehicle_agent.domain.polynomials import cubic_monomials
@@ -34,10 +36,13 @@ def warm_up() -> None:
     seen_cells(elevation, point, 1.0, 2.0)
     weigh_views(elevation, np.ones((2, 3)), 1.0, 2.0, elevation)
     assumed_surface(elevation, np.ones((4, 4), dtype=np.bool_), 1.0, 2, 1.5)
-    travel_distances(np.ones((4, 4), dtype=np.bool_), 0, 0)
+    travel_distances(np.ones((4, 4), dtype=np.bool_), 0, 0, 1, 1)
+    nearest_known_cell(elevation, 0, 0)
     mend_tours(np.ones((3, 2)), np.ones((1, 2)), 0.0, np.zeros(3), np.full(3, -1), 1, 1, 1)
     known = np.ones((4, 4), dtype=np.bool_)
-    unseen_beside(known, known, np.ones(2), np.ones((2, 2)), 1.0)
+    unseen_beside(np.ones((4, 4), dtype=np.int64), known, np.ones(2), np.ones((2, 2)), 1.0)
+    add_cells(np.zeros((1, 3), dtype=np.int64), np.zeros(1, dtype=np.int64), known, (0, 0), (4, 4), (1, 1), 1)
+    stops_of(np.zeros((1, 2)), np.ones(1, dtype=np.int64), 1.0, 1.0)
 
 
 if __name__ == "__main__":

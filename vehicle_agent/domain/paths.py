@@ -203,11 +203,12 @@ def clear_legs(
 
 @compiled
 def travel_distances(
-    passable: BoolArray, start_column: int, start_row: int
+    passable: BoolArray, start_column: int, start_row: int, goal_column: int, goal_row: int
 ) -> tuple[FloatArray, npt.NDArray[np.int64]]:
     """Shortest distances, in cells, from one cell to all through passable cells (Dijkstra).
 
-    Cells are 8-connected, but no diagonal cuts the corner of an impassable cell: no leg could follow it.
+    Cells are 8-connected, but no diagonal cuts the corner of an impassable cell: no leg could follow it. Ways to cells
+    that are further away than the goal need not be the shortest, or be found at all; a goal of -1, -1 is none.
 
     Returns
     -------
@@ -225,6 +226,8 @@ def travel_distances(
         column, row = flat // rows, flat % rows
         if distance > distances[column, row]:
             continue
+        if column == goal_column and row == goal_row:
+            break
         for dc in range(-1, 2):
             for dr in range(-1, 2):
                 c, r = column + dc, row + dr
@@ -248,6 +251,26 @@ def trace_way(parents: npt.NDArray[np.int64], column: int, row: int) -> list[tup
         way.append(divmod(flat, rows))
     way.reverse()
     return way
+
+
+@compiled
+def nearest_known_cell(elevation: FloatArray, column: int, row: int) -> tuple[int, int]:
+    """The known cell nearest to a cell, itself included, in ever wider squares around it; (-1, -1) where all is NaN."""
+    columns, rows = elevation.shape
+    best, best_column, best_row = math.inf, -1, -1
+    widest = max(column, columns - 1 - column, row, rows - 1 - row)
+    for ring in range(widest + 1):
+        if ring * ring > best:
+            break
+        for c in range(max(0, column - ring), min(columns, column + ring + 1)):
+            step = 1 if abs(c - column) == ring else max(1, 2 * ring)
+            for r in range(row - ring, row + ring + 1, step):
+                if r < 0 or r >= rows or math.isnan(elevation[c, r]):
+                    continue
+                away = (c - column) ** 2 + (r - row) ** 2
+                if away < best or (away == best and (c, r) < (best_column, best_row)):
+                    best, best_column, best_row = away, c, r
+    return best_column, best_row
 
 
 @compiled

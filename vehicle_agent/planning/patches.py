@@ -7,8 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vehicle_agent.domain.elevation import ElevationMap
 from vehicle_agent.domain.frames import FloatArray
 from vehicle_agent.domain.grid import Grid, IndexArray
+from vehicle_agent.domain.patch_sums import add_cells
 from vehicle_agent.domain.polygon import BoolArray
 
 
@@ -62,12 +64,6 @@ class PatchDivision:
         self._spans = spans
         self.size_cells = (spans[0] / self.shape[0], spans[1] / self.shape[1])
 
-    def number_of(self, column: int, row: int) -> int:
-        """Number of the patch that holds a cell of the area's bounding box."""
-        across = (column - self._first[0]) * self.shape[0] // self._spans[0]
-        along = (row - self._first[1]) * self.shape[1] // self._spans[1]
-        return across * self.shape[1] + along
-
     def cells_of(self, number: int) -> tuple[slice, slice]:
         """Columns and rows of a patch."""
         across, along = divmod(number, self.shape[1])
@@ -79,21 +75,45 @@ class PatchDivision:
             for first, span, parts, place in zip(self._first, self._spans, self.shape, (across, along), strict=True)
         )
 
-    def with_unseen(self, unseen: BoolArray) -> Patches:
-        """Patches that hold cells of `unseen` (columns, rows), by number."""
-        columns, rows = np.nonzero(unseen)
-        across = (columns - self._first[0]) * self.shape[0] // self._spans[0]
-        along = (rows - self._first[1]) * self.shape[1] // self._spans[1]
-        of_cell = across * self.shape[1] + along
-        parts = self.shape[0] * self.shape[1]
-        counts = np.bincount(of_cell, minlength=parts)
-        numbers = np.flatnonzero(counts)
-        grid = self.grid
-        sums = [np.bincount(of_cell, weights=axis, minlength=parts)[numbers] for axis in (columns, rows)]
-        centroids = np.column_stack(
-            (
-                grid.west_m + (sums[0] / counts[numbers] + 0.5) * grid.cell_m,
-                grid.south_m + (sums[1] / counts[numbers] + 0.5) * grid.cell_m,
-            )
-        )
-        return Patches(numbers.astype(np.int64), centroids, counts[numbers].astype(np.int64))
+    def add_to(self, sums: IndexArray, cell_indices: IndexArray, area_cells: BoolArray, sign: int) -> None:
+        """As `patch_sums.add_cells`, for these patches."""
+        add_cells(sums, cell_indices, area_cells, self._first, self._spans, self.shape, sign)
+
+
+class UnseenPatches:
+    """Keeps count of unseen cells by patch: what is new in the map is taken off, the rest is not looked at again.
+
+    Parameters
+    ----------
+    division
+        Of the grid into patches.
+    """
+
+    def __init__(self, division: PatchDivision) -> None:
+        self._division = division
+        self._sums: IndexArray = np.zeros((division.shape[0] * division.shape[1], 3), dtype=np.int64)
+        self._map: ElevationMap | None = None
+        self._area: BoolArray | None = None
+        self._known_cells = 0
+
+    def follow(self, team_map: ElevationMap, area_cells: BoolArray) -> None:
+        """Take in what was observed since the last call; count anew for another map or another area."""
+        if self._map is team_map and self._area is area_cells:
+            self._division.add_to(self._sums, team_map.observed_since(self._known_cells), area_cells, -1)
+        else:
+            self._map, self._area = team_map, area_cells
+            self._sums[:] = 0
+            self._division.add_to(self._sums, np.flatnonzero(area_cells & ~team_map.observed), area_cells, 1)
+        self._known_cells = team_map.observed_cells
+
+    def unseen_in(self, patch: int) -> int:
+        """Number of unseen cells of a patch."""
+        return int(self._sums[patch, 0])
+
+    def patches(self) -> Patches:
+        """Patches that hold unseen cells, by number."""
+        numbers = np.flatnonzero(self._sums[:, 0])
+        unseen = self._sums[numbers, 0]
+        grid = self._division.grid
+        middles = self._sums[numbers, 1:] / unseen[:, None] + 0.5
+        return Patches(numbers, middles * grid.cell_m + (grid.west_m, grid.south_m), unseen)

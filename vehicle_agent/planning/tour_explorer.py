@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vehicle_agent.domain.frames import FloatArray, Point
-from vehicle_agent.domain.polygon import BoolArray
+from vehicle_agent.domain.patch_sums import stops_of
 from vehicle_agent.domain.sweeps import unseen_beside
 from vehicle_agent.planning.frontier_travel import bearing_word
 from vehicle_agent.planning.interface import (
@@ -27,7 +27,7 @@ from vehicle_agent.planning.interface import (
     Wait,
     Waypoint,
 )
-from vehicle_agent.planning.patches import PatchDivision, Patches
+from vehicle_agent.planning.patches import PatchDivision, UnseenPatches
 from vehicle_agent.planning.team_tours import Tourist, own_tour
 from vehicle_agent.planning.travel import next_leg, way_length_m
 
@@ -122,6 +122,7 @@ class TourExplorer:
         self._home_en_m = None if home_en_m is None else np.array(home_en_m)
         self._range_m = range_m
         self._division: PatchDivision | None = None
+        self._unseen: UnseenPatches | None = None
         self._tour: AnnouncedTour | None = None
         self._tour_en_m: list[EastNorth] = []
         self._patch: int | None = None
@@ -135,15 +136,17 @@ class TourExplorer:
         """Nothing is learned from measurements beyond the map."""
 
     def ask(self, situation: Situation) -> Decision:
-        if self._division is None:
+        if self._division is None or self._unseen is None:
             width_m = self._params.patch_width * self._range_m
             self._division = PatchDivision(situation.team_map.grid, situation.area_cells, width_m)
-        if self._waypoint is not None and self._patch is not None:
-            flown_on = self._fly_on(situation, self._division, self._waypoint, self._patch)
+            self._unseen = UnseenPatches(self._division)
+        self._unseen.follow(situation.team_map, situation.area_cells)
+        if self._waypoint is not None and self._patch is not None and self._unseen.unseen_in(self._patch):
+            flown_on = self._fly_on(situation, self._waypoint)
             if flown_on is not None:
                 return flown_on
         self._waypoint = None
-        if not self._share_out(situation, self._division):
+        if not self._share_out(situation, self._division, self._unseen):
             return Finished("nothing unseen is left within reach")
         assert self._patch is not None
         middle, nearest, unseen = self._unseen_of(situation, self._division, self._patch)
@@ -168,13 +171,10 @@ class TourExplorer:
         self._waypoint = Waypoint(first, why, goal, away_m, tuple(route[:12]), self._tour)
         return self._waypoint
 
-    def _fly_on(self, situation: Situation, division: PatchDivision, waypoint: Waypoint, patch: int) -> Waypoint | None:
-        """The next step of the leg decided on last; None at its end, where it is taken, or when its patch is seen."""
+    def _fly_on(self, situation: Situation, waypoint: Waypoint) -> Waypoint | None:
+        """The next step of the leg decided on last; None at its end and where it is taken."""
         here, reach_m = situation.position_enu_m, situation.constraints.reach_m
         if math.dist(here, self._leg_end) < WHOLE_STEP * reach_m:
-            return None
-        cells = division.cells_of(patch)
-        if not (situation.area_cells[cells] & ~situation.team_map.observed_in(cells)).any():
             return None
         step = _on_the_way(here, self._leg_end, reach_m)
         allowed = situation.constraints.admissible(here, np.array([step]))[0]
@@ -209,7 +209,7 @@ class TourExplorer:
         radius_m = params.sweep_radius * self._range_m
         start_cells, ends_cells = (np.array(here[:2]) - corner) / grid.cell_m - 0.5, (ends - corner) / grid.cell_m - 0.5
         beside = unseen_beside(
-            situation.team_map.observed, situation.area_cells, start_cells, ends_cells, radius_m / grid.cell_m
+            situation.team_map.first_stamp_ms, situation.area_cells, start_cells, ends_cells, radius_m / grid.cell_m
         )
         detours_m = np.hypot(*(ends - np.array(target)).T) + length_m - away_m
         worth_m = params.sweep_weight * beside * grid.cell_m**2 / (2.0 * radius_m) - detours_m
@@ -217,10 +217,10 @@ class TourExplorer:
         best = int(np.argmax(np.where(inside.all(axis=1), worth_m, -math.inf)))
         return None if best == 0 or worth_m[best] <= worth_m[0] else (float(ends[best, 0]), float(ends[best, 1]))
 
-    def _share_out(self, situation: Situation, division: PatchDivision) -> bool:
+    def _share_out(self, situation: Situation, division: PatchDivision, unseen: UnseenPatches) -> bool:
         """Mend the team's tours and take the own one; False when nothing is left."""
         params = self._params
-        patches = division.with_unseen(situation.area_cells & ~situation.team_map.observed)
+        patches = unseen.patches()
         untried = ~np.isin(patches.numbers, list(self._given_up))
         if not untried.any() and not self._tried_again:
             self._tried_again = True
@@ -229,7 +229,10 @@ class TourExplorer:
             untried[:] = True
         patches = patches.only(untried)
         whole = division.size_cells[0] * division.size_cells[1]
-        patches = patches.only(_stops(patches, params.remnant_share * whole, params.seen_beside * self._range_m))
+        remnant = params.remnant_share * whole
+        patches = patches.only(
+            stops_of(patches.centroids_en_m, patches.unseen, remnant, params.seen_beside * self._range_m)
+        )
         if len(patches) == 0:
             return False
         team = [Tourist(situation.index, situation.position_enu_m, self._tour)]
@@ -279,15 +282,3 @@ def _beyond(place: EastNorth, following: EastNorth, length_m: float) -> EastNort
     """A place on the way from one to the next, so that a leg does not end at the first."""
     part = min(1.0, (length_m + 0.01) / max(math.dist(place, following), 1e-9))
     return (place[0] + part * (following[0] - place[0]), place[1] + part * (following[1] - place[1]))
-
-
-def _stops(patches: Patches, remnant_cells: float, beside_m: float) -> BoolArray:
-    """Which patches need a stop of their own, the fullest first: (P,) bool."""
-    points = patches.centroids_en_m
-    stops: BoolArray = patches.unseen >= remnant_cells
-    full = stops.copy()
-    for index in np.argsort(-patches.unseen, kind="stable"):
-        if not full[index]:
-            beside = np.hypot(*(points[stops] - points[index]).T) < beside_m
-            stops[index] = not beside.any()
-    return stops

@@ -7,11 +7,16 @@ import math
 import numpy as np
 
 from vehicle_agent.domain.frames import FloatArray, Point
-from vehicle_agent.domain.paths import as_array, leg_clearances, trace_way, travel_distances
+from vehicle_agent.domain.paths import as_array, leg_clearances, nearest_known_cell, trace_way, travel_distances
 from vehicle_agent.domain.polygon import BoolArray
 from vehicle_agent.planning.constraints import Constraints
 
+Cell = tuple[int, int]
+
+NOWHERE = (-1, -1)
 BESIDE_CELLS = 3
+WIDER = 12
+"""Ways are looked for so many cells around what is needed at least."""
 LOOK_AHEAD = 3.0
 """A way is cut short towards its farthest point in sight within so many legs, so that legs keep their full length."""
 
@@ -37,40 +42,70 @@ def way_length_m(position_enu_m: Point, goal_en_m: tuple[float, float]) -> float
 def _targets(
     position_enu_m: Point, goal_en_m: tuple[float, float], constraints: Constraints
 ) -> list[tuple[float, float]]:
-    grid = constraints.grid
-    passable = ~np.isnan(constraints.surface_m)
-    start = _nearest_passable(passable, *grid.cell_of(*position_enu_m[:2]))
-    if start is None:
+    grid, surface_m = constraints.grid, constraints.surface_m
+    inside = grid.cell_of(*position_enu_m[:2])
+    start = nearest_known_cell(surface_m, *inside)
+    if start == NOWHERE:
         return []
-    if start != grid.cell_of(*position_enu_m[:2]):  # where it should not be: leave by the shortest way
+    if start != inside:  # where it should not be: leave by the shortest way
         return [grid.centre_of(*start)]
     if _line_is_known(position_enu_m, goal_en_m, constraints):
         return [goal_en_m]
-    distances, parents = travel_distances(passable, *start)
-    goal = _nearest_passable(np.isfinite(distances), *grid.cell_of(*goal_en_m))
-    if goal is None:
-        return []
-    way = [grid.centre_of(*cell) for cell in trace_way(parents, *goal)]
+    cells, length = _shortest_way(surface_m, start, grid.cell_of(*goal_en_m))
+    way = [grid.centre_of(*cell) for cell in cells]
     ahead = [point for point in way if math.dist(point, position_enu_m[:2]) > 0.5 * grid.cell_m]
     within = [point for point in ahead if math.dist(point, position_enu_m[:2]) <= LOOK_AHEAD * constraints.reach_m]
     seen = [point for point in within if _line_is_known(position_enu_m, point, constraints)]
     if seen or not ahead:
         return seen[:-4:-1]
-    return _ways_round(position_enu_m, goal, passable, constraints)
+    return _ways_round(position_enu_m, cells[-1], length, constraints)
+
+
+def _shortest_way(surface_m: FloatArray, start: Cell, goal: Cell) -> tuple[list[Cell], float]:
+    """Shortest way through known cells to the one nearest to a goal among those that can be reached, and its length.
+
+    It is looked for in a square around the start: a way no longer than half the square's width cannot be shorter
+    outside. So the work follows the length of the way, and only a long detour makes it grow with the map.
+    """
+    nearest = nearest_known_cell(surface_m, *goal)
+    reach = WIDER + max(abs(nearest[0] - start[0]), abs(nearest[1] - start[1]))
+    while True:
+        passable, corner = _passable_around(surface_m, start, reach)
+        here = (start[0] - corner[0], start[1] - corner[1])
+        there = (nearest[0] - corner[0], nearest[1] - corner[1])
+        distances, parents = travel_distances(passable, *here, *there)
+        whole = passable.shape == surface_m.shape
+        if whole and math.isinf(distances[there]):
+            finite = np.where(np.isfinite(distances), 0.0, math.nan)
+            there = nearest_known_cell(finite, *goal)
+        if whole or distances[there] <= reach:
+            way = [(column + corner[0], row + corner[1]) for column, row in trace_way(parents, *there)]
+            return way, float(distances[there])
+        reach *= 2
+
+
+def _passable_around(surface_m: FloatArray, middle: Cell, reach: int) -> tuple[BoolArray, Cell]:
+    """Which cells of a square are known, and the column and row of its south-western one."""
+    left, low = max(0, middle[0] - reach), max(0, middle[1] - reach)
+    passable: BoolArray = ~np.isnan(surface_m[left : middle[0] + reach + 1, low : middle[1] + reach + 1])
+    return passable, (left, low)
 
 
 def _ways_round(
-    position_enu_m: Point, goal: tuple[int, int], passable: BoolArray, constraints: Constraints
+    position_enu_m: Point, goal: Cell, length: float, constraints: Constraints
 ) -> list[tuple[float, float]]:
     """Places beside a vehicle that stands too near to a corner for the shortest way, best first.
 
     Between a cell that may be overflown and one that may not, a few centimetres decide what a leg touches.
     """
     grid = constraints.grid
-    distances, _ = travel_distances(passable, *goal)
+    passable, corner = _passable_around(constraints.surface_m, goal, math.ceil(length) + WIDER)
+    distances, _ = travel_distances(passable, goal[0] - corner[0], goal[1] - corner[1], *NOWHERE)
     column, row = grid.cell_of(*position_enu_m[:2])
-    left, low = max(0, column - BESIDE_CELLS), max(0, row - BESIDE_CELLS)
-    window = distances[left : column + BESIDE_CELLS + 1, low : row + BESIDE_CELLS + 1]
+    left, low = max(corner[0], column - BESIDE_CELLS), max(corner[1], row - BESIDE_CELLS)
+    window = distances[
+        left - corner[0] : column + BESIDE_CELLS + 1 - corner[0], low - corner[1] : row + BESIDE_CELLS + 1 - corner[1]
+    ]
     costs = []
     for c, r in np.argwhere(np.isfinite(window)).tolist():
         place = grid.centre_of(left + c, low + r)
@@ -92,14 +127,3 @@ def _line_is_known(position_enu_m: Point, goal_en_m: tuple[float, float], constr
         np.array([[goal_en_m[0], goal_en_m[1], start[2]]]),
     )
     return not math.isnan(clearance[0])
-
-
-def _nearest_passable(passable: BoolArray, column: int, row: int) -> tuple[int, int] | None:
-    """The passable cell nearest to a cell, itself included; None when nothing is passable."""
-    if passable[column, row]:
-        return (column, row)
-    found = np.argwhere(passable)
-    if len(found) == 0:
-        return None
-    best = found[np.argmin((found[:, 0] - column) ** 2 + (found[:, 1] - row) ** 2)]
-    return (int(best[0]), int(best[1]))

@@ -1,0 +1,99 @@
+"""Unseen ground counted by patch as the map grows, and ways found without looking at all of it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from vehicle_agent.domain.elevation import CellObservations, ElevationMap
+from vehicle_agent.domain.grid import Grid, IndexArray
+from vehicle_agent.domain.patch_sums import stops_of
+from vehicle_agent.domain.paths import nearest_known_cell, travel_distances
+from vehicle_agent.domain.polygon import BoolArray
+from vehicle_agent.planning.patches import PatchDivision, UnseenPatches
+from vehicle_agent.planning.travel import _shortest_way
+
+GRID = Grid(-20.0, 30.0, 2.0, 23, 31)
+
+
+def observe(team_map: ElevationMap, cells: IndexArray, observer: int = 0) -> None:
+    team_map.observe(observer, CellObservations(cells, np.zeros(len(cells), dtype=np.int32), 5 + cells))
+
+
+def check(unseen: UnseenPatches, division: PatchDivision, team_map: ElevationMap, area: BoolArray) -> None:
+    found = unseen.patches()
+    count = 0
+    for number in range(division.shape[0] * division.shape[1]):
+        columns, rows = division.cells_of(number)
+        cells = np.argwhere((area & ~team_map.observed)[columns, rows]) + np.array([columns.start, rows.start])
+        assert unseen.unseen_in(number) == len(cells)
+        if len(cells):
+            assert found.numbers[count] == number
+            assert found.unseen[count] == len(cells)
+            assert found.centroids_en_m[count] == pytest.approx(np.mean([GRID.centre_of(*c) for c in cells], axis=0))
+            count += 1
+    assert len(found) == count
+
+
+def test_counts_follow_a_growing_map_and_begin_anew_with_another_map_or_area() -> None:
+    rng = np.random.default_rng(4)
+    area = rng.random(GRID.shape) < 0.8
+    division = PatchDivision(GRID, area, 9.0)
+    unseen, team_map = UnseenPatches(division), ElevationMap(GRID)
+    observe(team_map, np.arange(40))
+    for observer in range(4):
+        unseen.follow(team_map, area)
+        check(unseen, division, team_map, area)
+        observe(team_map, np.sort(rng.choice(GRID.cells, 60, replace=False)), observer)
+    other = ElevationMap(GRID)
+    observe(other, np.arange(90, 200))
+    team_map.merge(other)
+    unseen.follow(team_map, area)
+    check(unseen, division, team_map, area)
+    smaller = area & (rng.random(GRID.shape) < 0.5)
+    for followed, cells in ((team_map, smaller), (other, smaller), (team_map.copy(), area)):
+        unseen.follow(followed, cells)
+        check(unseen, division, followed, cells)
+    loaded = ElevationMap.of_arrays(GRID, team_map.arrays())
+    unseen.follow(loaded, area)
+    observe(loaded, np.arange(GRID.cells))
+    unseen.follow(loaded, area)
+    check(unseen, division, loaded, area)
+    assert np.array_equal(np.sort(loaded.observed_since(0)), np.arange(GRID.cells))
+
+
+def test_a_remnant_is_a_stop_only_where_no_other_stop_is_near() -> None:
+    centres = np.array([(0.0, 0.0), (5.0, 0.0), (30.0, 0.0), (34.0, 0.0)])
+    assert stops_of(centres, np.array([50, 3, 4, 6]), 10.0, 8.0).tolist() == [True, False, False, True]
+
+
+def test_the_nearest_known_cell_is_that_of_a_search_through_all() -> None:
+    rng = np.random.default_rng(8)
+    for _ in range(200):
+        surface = np.where(rng.random((9, 14)) < 0.08, 1.0, math.nan)
+        column, row = int(rng.integers(9)), int(rng.integers(14))
+        known = np.argwhere(~np.isnan(surface))
+        if len(known) == 0:
+            assert nearest_known_cell(surface, column, row) == (-1, -1)
+        else:
+            best = known[np.argmin((known[:, 0] - column) ** 2 + (known[:, 1] - row) ** 2)]
+            assert nearest_known_cell(surface, column, row) == tuple(best)
+
+
+def test_a_way_found_nearby_is_as_short_as_one_looked_for_everywhere() -> None:
+    rng = np.random.default_rng(2)
+    for density in (0.5, 0.7, 0.9):
+        for _ in range(20):
+            surface = np.where(rng.random((60, 50)) < density, 1.0, math.nan)
+            surface[20:40, 24] = math.nan  # a wall to go round
+            start, goal = (30, 20), (int(rng.integers(60)), int(rng.integers(50)))
+            surface[start] = 1.0
+            cells, length = _shortest_way(surface, start, goal)
+            distances, _ = travel_distances(~np.isnan(surface), *start, -1, -1)
+            reached = np.argwhere(np.isfinite(distances))
+            best = reached[np.argmin((reached[:, 0] - goal[0]) ** 2 + (reached[:, 1] - goal[1]) ** 2)]
+            assert cells[0] == start
+            assert cells[-1] == tuple(best)
+            assert length == pytest.approx(distances[tuple(best)])
