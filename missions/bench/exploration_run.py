@@ -136,8 +136,12 @@ class _Exploration:
             surface = assumed_surface(
                 self._map.elevation_m, self._area, self._grid.cell_m, SHADOW_RINGS, STEEPEST_SLOPE
             )
-            for index in range(len(self._planners)):
-                self._move(index, surface)
+            # The map stays as it is within a step: all work on it is done before anybody decides.
+            everyone = range(len(self._planners))
+            surfaces = [self._to_stay_clear_of(index, surface) for index in everyone]
+            objectives = [self._map.first_observer_share(index) for index in everyone]
+            for index in everyone:
+                self._move(index, surfaces[index], objectives[index])
             self._observe()
             track.append(list(self._positions))
             curve.append(self._share())
@@ -187,12 +191,12 @@ class _Exploration:
     def _say(self, message: MapDelta | Claim) -> None:
         self._bytes += len(self._codec.encode(message))
 
-    def _move(self, index: int, surface: FloatArray) -> None:
+    def _move(self, index: int, surface: FloatArray, objective: float) -> None:
         here, team = self._positions[index], self._team
         others = [other for other in range(len(self._planners)) if other != index]
         constraints = Constraints(
             self._grid,
-            self._to_stay_clear_of(index, surface),
+            surface,
             team.min_above_m,
             team.max_above_m,
             team.step_m,
@@ -203,7 +207,6 @@ class _Exploration:
         situation = Situation(
             index, here, self._map, self._area, team.range_m, constraints, tuple(map(self._teammate, others))
         )
-        objective = self._map.first_observer_share(index)
         began_s = time.perf_counter()
         self._planners[index].tell(Observation(here, objective))
         decision = self._planners[index].ask(situation)
