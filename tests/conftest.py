@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import fcntl
 import os
 import signal
 import socket
+import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -49,11 +52,22 @@ def _all_free(base: int) -> bool:
 
 
 @pytest.fixture
-def free_port_base() -> int:
-    """First of a block of ports that are free now: Zenoh's at +0.., MAVLink's at +100..; parallel tests look apart."""
+def free_port_base() -> Iterator[int]:
+    """First of a block of ports that are free now: Zenoh's at +0.., MAVLink's at +100...
+
+    A lock on a file keeps the block from every other test on this machine until this one is over.
+    """
+    folder = Path(tempfile.gettempdir()) / "fieldfleet-test-ports"
+    folder.mkdir(exist_ok=True)
     blocks = (HIGHEST_BASE - LOWEST_BASE) // PORTS_PER_FLEET
     for attempt in range(blocks):
         base = LOWEST_BASE + (os.getpid() + attempt) % blocks * PORTS_PER_FLEET
-        if _all_free(base):
-            return base
+        with (folder / str(base)).open("w") as lock:
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                continue
+            if _all_free(base):
+                yield base
+                return
     raise RuntimeError("no block of free ports")

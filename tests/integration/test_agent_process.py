@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 import signal
-import socket
 import subprocess
 import sys
 import time
@@ -70,26 +69,10 @@ mavlink_port = {mavlink_port}
 """
 
 
-def free_ports() -> tuple[int, int]:
-    """A Zenoh port with a free one behind it, and a MAVLink port."""
-    while True:
-        with socket.socket() as first, socket.socket() as second, socket.socket() as third:
-            first.bind(("127.0.0.1", 0))
-            port = first.getsockname()[1]
-            third.bind(("127.0.0.1", 0))
-            mavlink_port = third.getsockname()[1]
-            try:
-                second.bind(("127.0.0.1", port + 1))
-            except OSError:
-                continue
-            if port < 65_000 and mavlink_port < 65_000:
-                return port, mavlink_port
-
-
-def make_plan(folder: Path, speedup: float, size_m: float = 1_500.0) -> MissionPlan:
-    zenoh_port, mavlink_port = free_ports()
+def make_plan(folder: Path, port_base: int, speedup: float, size_m: float = 1_500.0) -> MissionPlan:
     path = folder / "mission.toml"
-    path.write_text(MISSION.format(size_m=size_m, speedup=speedup, zenoh_port=zenoh_port, mavlink_port=mavlink_port))
+    ports = {"zenoh_port": port_base, "mavlink_port": port_base + 100}
+    path.write_text(MISSION.format(size_m=size_m, speedup=speedup, **ports))
     return load_mission(path)
 
 
@@ -185,8 +168,8 @@ class Pilot:
 
 
 @pytest.mark.parametrize("speedup", [1.0, 10.0])
-def test_the_adapter_flies_the_simulated_copter(tmp_path: Path, speedup: float) -> None:
-    plan = make_plan(tmp_path, speedup)
+def test_the_adapter_flies_the_simulated_copter(tmp_path: Path, free_port_base: int, speedup: float) -> None:
+    plan = make_plan(tmp_path, free_port_base, speedup)
     with simulator(plan):
         autopilot = MavsdkAutopilot(plan.connection(0), plan.system_id(0), plan.controller_system_id(0), plan.datum)
         pilot = Pilot(autopilot)
@@ -214,8 +197,10 @@ def test_the_adapter_flies_the_simulated_copter(tmp_path: Path, speedup: float) 
 
 
 @pytest.mark.parametrize("blow", [signal.SIGKILL, signal.SIGTERM])
-def test_the_death_of_an_agent_in_flight_brings_its_vehicle_home(tmp_path: Path, blow: signal.Signals) -> None:
-    plan = make_plan(tmp_path, 10.0, size_m=1_000.0)
+def test_the_death_of_an_agent_in_flight_brings_its_vehicle_home(
+    tmp_path: Path, free_port_base: int, blow: signal.Signals
+) -> None:
+    plan = make_plan(tmp_path, free_port_base, 10.0, size_m=1_000.0)
     folder = tmp_path / "run" / "merlin"
     arguments = (str(plan.source), "--vehicle", "merlin", "--run-dir", str(tmp_path / "run"))
     with simulator(plan), program("vehicle_agent.cli", *arguments) as agent, referee(plan) as watcher:
@@ -234,8 +219,8 @@ def test_the_death_of_an_agent_in_flight_brings_its_vehicle_home(tmp_path: Path,
     assert exit_code == (0 if blow is signal.SIGTERM else -signal.SIGKILL)
 
 
-def test_a_whole_mission_of_one_agent_ends_by_itself(tmp_path: Path) -> None:
-    plan = make_plan(tmp_path, 20.0, size_m=500.0)
+def test_a_whole_mission_of_one_agent_ends_by_itself(tmp_path: Path, free_port_base: int) -> None:
+    plan = make_plan(tmp_path, free_port_base, 20.0, size_m=500.0)
     arguments = (str(plan.source), "--vehicle", "merlin", "--run-dir", str(tmp_path), "--exit-when-done")
     with simulator(plan), program("vehicle_agent.cli", *arguments) as agent:
         assert agent.wait(DEADLINE_S) == 0
@@ -252,8 +237,10 @@ def test_a_whole_mission_of_one_agent_ends_by_itself(tmp_path: Path) -> None:
         (("--vehicle", "merlin", "--run-dir", "{folder}/taken"), "taken/merlin"),
     ],
 )
-def test_user_errors_are_one_sentence_and_exit_code_2(tmp_path: Path, options: tuple[str, ...], words: str) -> None:
-    plan = make_plan(tmp_path, 1.0)
+def test_user_errors_are_one_sentence_and_exit_code_2(
+    tmp_path: Path, free_port_base: int, options: tuple[str, ...], words: str
+) -> None:
+    plan = make_plan(tmp_path, free_port_base, 1.0)
     (tmp_path / "taken").mkdir()
     (tmp_path / "taken" / "merlin").write_text("a file where a folder should be")
     filled = [option.format(folder=tmp_path) for option in options]
@@ -266,8 +253,8 @@ def test_user_errors_are_one_sentence_and_exit_code_2(tmp_path: Path, options: t
     assert "Traceback" not in outcome.stderr
 
 
-def test_a_port_in_use_is_one_sentence_and_exit_code_2(tmp_path: Path) -> None:
-    plan = make_plan(tmp_path, 1.0)
+def test_a_port_in_use_is_one_sentence_and_exit_code_2(tmp_path: Path, free_port_base: int) -> None:
+    plan = make_plan(tmp_path, free_port_base, 1.0)
     holder = FleetLink.open("other", "holder", listen=[plan.agent_endpoint(0)])
     try:
         command = [sys.executable, "-m", "vehicle_agent.cli", str(plan.source), "--vehicle", "merlin"]

@@ -61,11 +61,11 @@ time_limit_s = 600.0
 )
 
 
-def test_flown_and_simulated_coverage_agree_within_two_percent(tmp_path: Path) -> None:
+def test_flown_and_simulated_coverage_agree_within_two_percent(tmp_path: Path, free_port_base: int) -> None:
     mission = tmp_path / "dale.toml"
     mission.write_text(MISSION)
     run = subprocess.run(
-        [sys.executable, "-m", "missions.cli", "run", str(mission), "--plain", "--port-base", "23400",
+        [sys.executable, "-m", "missions.cli", "run", str(mission), "--plain", "--port-base", str(free_port_base),
          "--runs-dir", str(tmp_path / "runs")],
         cwd=REPOSITORY, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=300.0, check=False,
     )  # fmt: skip

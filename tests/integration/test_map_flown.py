@@ -69,12 +69,12 @@ time_limit_s = 200.0
 )
 
 
-def test_flown_and_simulated_depth_maps_are_equally_good(tmp_path: Path) -> None:
+def test_flown_and_simulated_depth_maps_are_equally_good(tmp_path: Path, free_port_base: int) -> None:
     """Within 0.3 m of error, of about 3 m of relief: times and so ways differ a little."""
     mission = tmp_path / "pond.toml"
     mission.write_text(MISSION)
     run = subprocess.run(
-        [sys.executable, "-m", "missions.cli", "run", str(mission), "--plain", "--port-base", "26100",
+        [sys.executable, "-m", "missions.cli", "run", str(mission), "--plain", "--port-base", str(free_port_base),
          "--runs-dir", str(tmp_path / "runs")],
         cwd=REPOSITORY, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=300.0, check=False,
     )  # fmt: skip

@@ -21,12 +21,12 @@ pytestmark = [pytest.mark.processes, pytest.mark.timeout(600)]
 REPOSITORY = Path(__file__).parents[2]
 
 
-def test_flown_and_simulated_towns_agree_within_two_percent(tmp_path: Path) -> None:
+def test_flown_and_simulated_towns_agree_within_two_percent(tmp_path: Path, free_port_base: int) -> None:
     mission = tmp_path / "hamlet.toml"
     content = town_content(simulation={"speedup": 4.0, "ready_after_s": 5.0})
     mission.write_text(to_toml(msgspec.to_builtins(msgspec.convert(content, Mission))))
     run = subprocess.run(
-        [sys.executable, "-m", "missions.cli", "run", str(mission), "--plain", "--port-base", "24100",
+        [sys.executable, "-m", "missions.cli", "run", str(mission), "--plain", "--port-base", str(free_port_base),
          "--runs-dir", str(tmp_path / "runs")],
         cwd=REPOSITORY, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=500.0, check=False,
     )  # fmt: skip
