@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vehicle_agent.domain.patch_sums import add_cells, stops_of
+from vehicle_agent.domain.patch_sums import stops_of, sum_unseen, take_off
 from vehicle_agent.domain.paths import (
     assumed_surface,
     clear_legs,
@@ -41,7 +41,9 @@ def warm_up() -> None:
     mend_tours(np.ones((3, 2)), np.ones((1, 2)), 0.0, np.zeros(3), np.full(3, -1), 1, 1, 1)
     known = np.ones((4, 4), dtype=np.bool_)
     unseen_beside(np.ones((4, 4), dtype=np.int64), known, np.ones(2), np.ones((2, 2)), 1.0)
-    add_cells(np.zeros((1, 3), dtype=np.int64), np.zeros(1, dtype=np.int64), known, (0, 0), (4, 4), (1, 1), 1)
+    none = np.zeros(4, dtype=np.int64)
+    sum_unseen(np.zeros((1, 3), dtype=np.int64), np.ones((4, 4), dtype=np.int64), known, none, none)
+    take_off(np.zeros((1, 3), dtype=np.int64), none, known, none, none)
     stops_of(np.zeros((1, 2)), np.ones(1, dtype=np.int64), 1.0, 1.0)
 
 

@@ -7,36 +7,55 @@ import math
 import numpy as np
 
 from vehicle_agent.domain.compiled import compiled
+from vehicle_agent.domain.elevation import UNOBSERVED_STAMP_MS, StampArray
 from vehicle_agent.domain.frames import FloatArray
 from vehicle_agent.domain.grid import IndexArray
 from vehicle_agent.domain.polygon import BoolArray
 
 
 @compiled
-def add_cells(
-    sums: IndexArray, cell_indices: IndexArray, area_cells: BoolArray, first: tuple[int, int], spans: tuple[int, int],
-    parts: tuple[int, int], sign: int,
-) -> None:  # fmt: skip
-    """Add cells of the area to their patches' sums, or take them off.
+def sum_unseen(
+    sums: IndexArray, first_stamp_ms: StampArray, area_cells: BoolArray, across: IndexArray, along: IndexArray
+) -> None:
+    """Sum up the unobserved cells of the area by patch.
 
     Parameters
     ----------
     sums : (P, 3) int64, number of cells, sum of their columns and sum of their rows by patch; written to.
-    cell_indices : (N,) int64, flat indices; those outside the area do not count.
+    first_stamp_ms : (columns, rows) int64, as in an `ElevationMap`.
     area_cells : (columns, rows) bool.
-    first, spans, parts : along columns and rows: the patches' first cell, their extent together, and their number.
-    sign : 1 or -1.
+    across, along : (columns,) and (rows,) int64; the sum of both is the number of a cell's patch.
+    """
+    sums[:] = 0
+    columns, rows = area_cells.shape
+    for column in range(columns):
+        for row in range(rows):
+            if area_cells[column, row] and first_stamp_ms[column, row] == UNOBSERVED_STAMP_MS:
+                patch = across[column] + along[row]
+                sums[patch, 0] += 1
+                sums[patch, 1] += column
+                sums[patch, 2] += row
+
+
+@compiled
+def take_off(
+    sums: IndexArray, cell_indices: IndexArray, area_cells: BoolArray, across: IndexArray, along: IndexArray
+) -> None:
+    """Take cells that have become observed off the sums of `sum_unseen`.
+
+    Parameters
+    ----------
+    cell_indices : (N,) int64, flat indices; those outside the area do not count.
     """
     rows = area_cells.shape[1]
     for index in cell_indices:
-        column, row = index // rows, index % rows
-        if not area_cells[column, row]:
-            continue
-        across, along = (column - first[0]) * parts[0] // spans[0], (row - first[1]) * parts[1] // spans[1]
-        patch = across * parts[1] + along
-        sums[patch, 0] += sign
-        sums[patch, 1] += sign * column
-        sums[patch, 2] += sign * row
+        column = index // rows
+        row = index - column * rows
+        if area_cells[column, row]:
+            patch = across[column] + along[row]
+            sums[patch, 0] -= 1
+            sums[patch, 1] -= column
+            sums[patch, 2] -= row
 
 
 @compiled

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
+from itertools import chain
+from operator import attrgetter
 
 import numpy as np
 
@@ -133,8 +135,8 @@ class Constraints:
             self.stretch * self.reach_m,
         )
         if self.reservations and clear.any():
-            theirs = np.array([reservation.start_enu_m for reservation in self.reservations], dtype=np.float64)
-            there = np.array([reservation.end_enu_m for reservation in self.reservations], dtype=np.float64)
+            theirs = _as_rows(map(attrgetter("start_enu_m"), self.reservations), len(self.reservations))
+            there = _as_rows(map(attrgetter("end_enu_m"), self.reservations), len(self.reservations))
             clear[clear] = ~come_too_near(start, ends_enu_m[clear], theirs, there, self.separation_m)
         return clear
 
@@ -196,6 +198,11 @@ class Constraints:
     def blocks(self, start_enu_m: Point, end_enu_m: Point, place_enu_m: Point) -> bool:
         """As `Traffic.blocks`."""
         return self.traffic.blocks(start_enu_m, end_enu_m, place_enu_m)
+
+
+def _as_rows(points: Iterable[Point], count: int) -> FloatArray:
+    """(count, 3) float64; faster as `np.array` of many small tuples."""
+    return np.fromiter(chain.from_iterable(points), np.float64, 3 * count).reshape(count, 3)
 
 
 def _point(row: FloatArray) -> Point:

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from vehicle_agent.domain.elevation import ElevationMap
 from vehicle_agent.domain.frames import FloatArray
 from vehicle_agent.domain.grid import Grid, IndexArray
-from vehicle_agent.domain.patch_sums import add_cells
+from vehicle_agent.domain.patch_sums import sum_unseen, take_off
 from vehicle_agent.domain.polygon import BoolArray
 
 
@@ -48,13 +48,18 @@ class PatchDivision:
         (columns, rows) bool, the cells that count.
     width_m
         Widest that a patch may be, metres; patches are wider where there would be more than `most` of them.
+
+    Attributes
+    ----------
+    across, along : (columns,) and (rows,) int64; the sum of both is the number of a cell's patch, of one outside the
+        area's bounding box the nearest patch's.
     """
 
     def __init__(self, grid: Grid, area_cells: BoolArray, width_m: float, most: int = 400) -> None:
         self.grid = grid
-        columns, rows = np.nonzero(area_cells)
-        self._first = (int(columns.min()), int(rows.min()))
-        spans = (int(columns.max()) - self._first[0] + 1, int(rows.max()) - self._first[1] + 1)
+        columns, rows = np.flatnonzero(area_cells.any(axis=1)), np.flatnonzero(area_cells.any(axis=0))
+        self._first = (int(columns[0]), int(rows[0]))
+        spans = (int(columns[-1]) - self._first[0] + 1, int(rows[-1]) - self._first[1] + 1)
         while True:
             cells_wide = max(1.0, width_m / grid.cell_m)
             self.shape = (max(1, int(np.ceil(spans[0] / cells_wide))), max(1, int(np.ceil(spans[1] / cells_wide))))
@@ -63,6 +68,12 @@ class PatchDivision:
             width_m *= 1.25
         self._spans = spans
         self.size_cells = (spans[0] / self.shape[0], spans[1] / self.shape[1])
+        across, along = (
+            np.clip((np.arange(cells) - first) * parts // span, 0, parts - 1)
+            for cells, first, parts, span in zip(grid.shape, self._first, self.shape, spans, strict=True)
+        )
+        self.across: IndexArray = across * self.shape[1]
+        self.along: IndexArray = along
 
     def cells_of(self, number: int) -> tuple[slice, slice]:
         """Columns and rows of a patch."""
@@ -74,10 +85,6 @@ class PatchDivision:
             )
             for first, span, parts, place in zip(self._first, self._spans, self.shape, (across, along), strict=True)
         )
-
-    def add_to(self, sums: IndexArray, cell_indices: IndexArray, area_cells: BoolArray, sign: int) -> None:
-        """As `patch_sums.add_cells`, for these patches."""
-        add_cells(sums, cell_indices, area_cells, self._first, self._spans, self.shape, sign)
 
 
 class UnseenPatches:
@@ -98,12 +105,12 @@ class UnseenPatches:
 
     def follow(self, team_map: ElevationMap, area_cells: BoolArray) -> None:
         """Take in what was observed since the last call; count anew for another map or another area."""
+        across, along = self._division.across, self._division.along
         if self._map is team_map and self._area is area_cells:
-            self._division.add_to(self._sums, team_map.observed_since(self._known_cells), area_cells, -1)
+            take_off(self._sums, team_map.observed_since(self._known_cells), area_cells, across, along)
         else:
             self._map, self._area = team_map, area_cells
-            self._sums[:] = 0
-            self._division.add_to(self._sums, np.flatnonzero(area_cells & ~team_map.observed), area_cells, 1)
+            sum_unseen(self._sums, team_map.first_stamp_ms, area_cells, across, along)
         self._known_cells = team_map.observed_cells
 
     def unseen_in(self, patch: int) -> int:

@@ -250,14 +250,25 @@ class TourExplorer:
         return True
 
     def _unseen_of(self, situation: Situation, division: PatchDivision, patch: int) -> tuple[EastNorth, EastNorth, int]:
-        """Middle of a patch's unseen cells, the nearest of them, and how many there are."""
+        """Where to go in a patch, the nearest of its unseen cells, and how many there are.
+
+        That is the middle of its unseen cells; in a patch wider than a sensor sweeps, of those in the same square of
+        that width as the nearest.
+        """
         columns, rows = division.cells_of(patch)
         across, along = np.nonzero(
             situation.area_cells[columns, rows] & ~situation.team_map.observed_in((columns, rows))
         )
         grid = situation.team_map.grid
         points = grid.centres_of((across + columns.start) * grid.rows + along + rows.start)
-        middle, nearest = points.mean(axis=0), points[_nearest(points, situation.position_enu_m)]
+        first = _nearest(points, situation.position_enu_m)
+        nearest, middle = points[first], points.mean(axis=0)
+        square_cells = math.ceil(self._params.patch_width * self._range_m / grid.cell_m)
+        if max(division.size_cells) > square_cells:
+            beside = (across // square_cells == across[first] // square_cells) & (
+                along // square_cells == along[first] // square_cells
+            )
+            middle = points[beside].mean(axis=0)
         return (float(middle[0]), float(middle[1])), (float(nearest[0]), float(nearest[1])), len(points)
 
 
