@@ -61,7 +61,7 @@ class ToursParams:
         those given up are tried once more, since what stood in the way may have gone.
     """
 
-    patch_width: float = 1.0
+    patch_width: float = 1.15
     service: float = 0.3
     remnant_share: float = 0.35
     seen_beside: float = 0.85
