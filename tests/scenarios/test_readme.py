@@ -6,8 +6,10 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from typing import get_args
 
 from missions.catalogue import load_named_mission
+from vehicle_agent.mission.model import CoverPlannerName, MapPlannerName, PlannerName
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -27,7 +29,7 @@ def test_the_python_script_runs_and_reports_a_whole_map():
 def test_every_planner_of_the_table_is_one_that_a_mission_may_name():
     table = README.split("## How a vehicle decides")[1].split("\n\n**")[0]
     named = set(re.findall(r"`([a-z-]+)`", " ".join(re.findall(r"^\| (`.*?) \|", table, re.MULTILINE))))
-    assert named == {"tours", "claims", "cao", "fcao", "closest-frontier", "greedy"}
+    assert named == {*get_args(PlannerName), *get_args(CoverPlannerName), *get_args(MapPlannerName)}
 
 
 def test_the_mission_shown_is_the_ridge():

@@ -31,6 +31,8 @@ STUCK = 25
 """Decisions without coming any nearer to its station after which a vehicle lets it go."""
 LEAVING = 0.7
 """Share of the quiet time before the end after which a teammate that leaves has not failed but is done."""
+LEAVING_EARLY = 20
+"""So many decisions before the end, too: vehicles do not begin to count at the same moment."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,6 +117,12 @@ class Stations:
         """All have been quiet for nearly long enough: whoever moves now goes home, and nobody need replace it."""
         return self._quiet >= LEAVING * (self._params.patience + self._params.hold)
 
+    @property
+    def _nearly_ends(self) -> bool:
+        """Somebody who counts from an earlier moment may be done by now."""
+        left = self._params.patience + self._params.hold - self._quiet
+        return self._ends or (self._quiet >= RESTING and left <= LEAVING_EARLY)
+
     def _count_quiet(self, situation: Situation, station: FloatArray, near_m: float) -> None:
         """Count decisions since anybody last moved or changed its mind, which all hear of at about the same time."""
         places = {mate.index: (mate.position_enu_m, mate.goal_enu_m) for mate in situation.teammates}
@@ -145,7 +153,7 @@ class Stations:
             self._coarse = GroundEstimate(grid, situation.area_cells, block)
         team = tuple(mate.index for mate in situation.teammates)
         if team != self._team:  # somebody died or joined: room to leave the present places again
-            if self._team and not self._ends:
+            if self._team and not self._nearly_ends:
                 self._decisions = min(self._decisions, params.heated_decisions // 2)
                 self._views.clear()
                 self._stale = 0
