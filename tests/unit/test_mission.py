@@ -191,7 +191,7 @@ def test_a_change_from_the_command_line_is_checked_too() -> None:
         (swap("latitude_deg = 36.654", "latitude_deg = 89.5"), "datum.latitude_deg"),
         (swap('"claims"', '"magic"'), "task.planner: 'magic' is not known; choose 'cao', 'claims'"),
         (swap('kind = "grid"', 'kind = "moon"'), "'moon' is not known; choose 'grid', 'gaussians', 'flat'"),
-        (swap('kind = "range"', 'kind = "sonar"'), "vehicles[0].sensor.kind: 'sonar' is not known; choose 'range', 'single-beam'"),
+        (swap('kind = "range"', 'kind = "sonar"'), "vehicles[0].sensor.kind: 'sonar' is not known; choose 'range'"),
         (swap('kind = "explore"', 'kind = "loiter"'), "task.kind: 'loiter' is not known; choose 'explore', 'cover'"),
         (swap("[200.0, 200.0]", "[200.0]"), "vehicles[0].start_enu_m: expected an array of length >= 2"),
         (swap("[200.0, 200.0]", "[200.0, 200.0, 0.0, 1.0]"), "vehicles[0].start_enu_m: expected an array"),

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sim_bridge.observable import observable_of
 from missions.bench.urban_run import UrbanExploration, UrbanParams, UrbanRun
+from sim_bridge.observable import observable_of
 from sim_bridge.town import TownParams, draw_town
 from vehicle_agent.domain.polygon import BoolArray
 from vehicle_agent.domain.ray_fan import down_looking_fan, rays_until
