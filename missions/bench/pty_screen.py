@@ -15,6 +15,8 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from missions.supervisor import LAUNCHER
+
 KEY_TIMEOUT_S = 2.0
 
 
@@ -46,8 +48,9 @@ class Screen:
         size = struct.pack("HHHH", rows, columns, 0, 0)
         fcntl.ioctl(child, termios.TIOCSWINSZ, size)
         environment = {**os.environ, "TERM": "xterm-256color", "COLORTERM": "truecolor", "LANG": "C.UTF-8"}
+        launcher = (sys.executable, "-I", "-S", str(LAUNCHER), str(os.getpid()), str(int(signal.SIGKILL)))
         self._process = subprocess.Popen(
-            [sys.executable, "-m", module, *arguments],
+            [*launcher, sys.executable, "-m", module, *arguments],
             stdin=child, stdout=child, stderr=child, env=environment, start_new_session=True,
         )  # fmt: skip
         os.close(child)
