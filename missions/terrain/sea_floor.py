@@ -6,14 +6,17 @@ of the harbour mission.
 
 `sharp` is the head of a submarine canyon in an even shelf off the Strait of Juan de Fuca, `slope` the continental
 slope beside it. A floor is drawn from a seed thus: the piece is turned or mirrored in one of eight ways, interpolated
-by cubic splines, scaled to `RELIEF_M` of relief below `TOP_M`, and smoothed. Then comes detail: where the floor is
-steeper than `SEDIMENT_DEG`, rock crops out, up to `ROCK_M` where it is steeper than `ROCK_DEG`; flatter ground is
-sediment with `RIPPLE_M`. Both are Gaussian random fields of two correlation lengths (`DETAIL`).
+by cubic splines and scaled to `RELIEF_M` of relief below `TOP_M`. Below the shortest wave that the piece can show (two
+of its cells) its own roughness goes on: a Gaussian random field whose spectrum falls by the power law that the piece's
+second differences follow, at the strength that they have, and from place to place as strong as they are there. Nothing
+of the detail is chosen by hand.
 """
 
 from __future__ import annotations
 
+import math
 import sys
+from dataclasses import dataclass
 from importlib.resources import as_file, files
 from pathlib import Path
 from typing import Literal
@@ -32,13 +35,46 @@ CROPS: dict[FloorName, tuple[slice, slice]] = {
 SIDE_M = 100.0
 CELL_M = 0.5
 TOP_M, RELIEF_M = -6.0, 14.0
-SMOOTHED_M = 3.0
-SEDIMENT_DEG, ROCK_DEG = 10.0, 18.0
-RIPPLE_M, ROCK_M = 0.02, 0.8
-DETAIL = ((5.0, 0.8), (2.5, 0.4))
-"""Correlation length in metres and share of each field of detail."""
+FITTED_LAGS = (1, 2, 3, 4)
+"""In cells of the piece: the second differences that the power law is fitted to."""
+LOCAL_CELLS = 1.0
+"""Standard deviation of the Gaussian over which the piece's roughness counts as that of a place."""
 DETAIL_SPAWN_KEY = (3_000,)
 HARBOUR_SEED = 11
+
+
+@dataclass(frozen=True, slots=True)
+class Roughness:
+    """How rough a surface is: the mean square of its increments over a distance r is `increment_m2` r^(2 `hurst`).
+
+    Attributes
+    ----------
+    hurst
+        Exponent, in (0, 1).
+    increment_m2
+        Mean square of increments over one metre.
+    """
+
+    hurst: float
+    increment_m2: float
+
+    def density(self, wave_number: FloatArray) -> FloatArray:
+        """Spectral density over angular wave numbers |k| > 0 in 1/m: m^4, of fractional Brownian motion in a plane."""
+        h = self.hurst
+        scale = 4.0 * math.pi * 2.0 ** (-2.0 * h - 1.0) * math.gamma(1.0 - h) / (h * math.gamma(1.0 + h))
+        density: FloatArray = self.increment_m2 / scale * wave_number ** (-2.0 * h - 2.0)
+        return density
+
+
+def roughness_of(piece_m: FloatArray, cell_m: float) -> Roughness:
+    """Fit a power law to the mean squares of second differences, which a slope does not touch: (rows, columns) m."""
+    lags = np.array(FITTED_LAGS, dtype=np.float64)
+    squares = np.array(
+        [np.mean(np.concatenate([d.ravel() for d in _second_differences(piece_m, lag)]) ** 2) for lag in FITTED_LAGS]
+    )
+    slope, level = np.polyfit(np.log(lags * cell_m), np.log(squares), 1)
+    hurst = float(np.clip(0.5 * slope, 0.05, 0.95))
+    return Roughness(hurst, float(np.exp(level)) / (4.0 - 4.0**hurst))
 
 
 def sea_floor(name: FloorName, seed: int) -> FloatArray:
@@ -49,21 +85,42 @@ def sea_floor(name: FloorName, seed: int) -> FloatArray:
     way = int(rng.integers(8))
     piece = np.rot90(piece, way % 4)
     piece = piece[:, ::-1] if way >= 4 else piece
+    piece = TOP_M + RELIEF_M * (piece - piece.max()) / np.ptp(piece)
     cells = round(SIDE_M / CELL_M)
-    at = (np.arange(cells) + 0.5) / cells * (len(piece) - 1)
-    floor = map_coordinates(piece, np.array(np.meshgrid(at, at, indexing="ij")), order=3, mode="nearest")
-    floor = TOP_M + RELIEF_M * (floor - floor.max()) / np.ptp(floor)
-    floor = gaussian_filter(floor, SMOOTHED_M / CELL_M, mode="nearest")
-    steepness_deg = np.degrees(np.arctan(np.hypot(*np.gradient(floor, CELL_M))))
-    rocky = np.clip((steepness_deg - SEDIMENT_DEG) / (ROCK_DEG - SEDIMENT_DEG), 0.0, 1.0)
-    rocky = rocky**2 * (3.0 - 2.0 * rocky)
-    detail = np.zeros_like(floor)
-    for length_m, share in DETAIL:
-        # Smoothed by a Gaussian, white noise is correlated over that times the square root of two.
-        field = gaussian_filter(rng.standard_normal(floor.shape), length_m / CELL_M / np.sqrt(2.0), mode="wrap")
-        detail += share * field / field.std()
-    surface: FloatArray = floor + (RIPPLE_M + ROCK_M * rocky) * detail
+    at = np.array(np.meshgrid(*[(np.arange(cells) + 0.5) / cells * (len(piece) - 1)] * 2, indexing="ij"))
+    piece_cell_m = SIDE_M / (len(piece) - 1)
+    detail = _field(roughness_of(piece, piece_cell_m), 2.0 * piece_cell_m, cells, rng)
+    surface: FloatArray = map_coordinates(piece, at, order=3, mode="nearest")
+    surface += map_coordinates(_local_strength(piece), at, order=1, mode="nearest") * detail
     return surface
+
+
+def _field(roughness: Roughness, longest_m: float, cells: int, rng: np.random.Generator) -> FloatArray:
+    """A Gaussian random field of waves shorter than `longest_m`: (cells, cells) metres, seamless at its edges."""
+    axis = 2.0 * math.pi * np.fft.fftfreq(cells, CELL_M)
+    wave_number = np.hypot(axis[:, None], axis)
+    short = wave_number > 2.0 * math.pi / longest_m
+    amplitude = np.zeros_like(wave_number)
+    amplitude[short] = np.sqrt(roughness.density(wave_number[short])) * 2.0 * math.pi / CELL_M
+    field: FloatArray = np.fft.ifft2(np.fft.fft2(rng.standard_normal((cells, cells))) * amplitude).real
+    return field
+
+
+def _local_strength(piece_m: FloatArray) -> FloatArray:
+    """How rough the piece is around each of its cells, over how rough it is on the whole: same shape, no unit."""
+    padded = np.pad(piece_m, 1, mode="reflect", reflect_type="odd")
+    along, across = _second_differences(padded, 1)
+    squares = along[:, 1:-1] ** 2 + across[1:-1] ** 2
+    local = gaussian_filter(squares, LOCAL_CELLS, mode="nearest")
+    strength: FloatArray = np.sqrt(local / local.mean())
+    return strength
+
+
+def _second_differences(piece_m: FloatArray, lag: int) -> tuple[FloatArray, FloatArray]:
+    """Along rows' numbers and along columns', over `lag` cells to both sides."""
+    along = piece_m[2 * lag :] - 2.0 * piece_m[lag:-lag] + piece_m[: -2 * lag]
+    across = piece_m[:, 2 * lag :] - 2.0 * piece_m[:, lag:-lag] + piece_m[:, : -2 * lag]
+    return along, across
 
 
 def crop(source: Path, target: Path) -> None:
