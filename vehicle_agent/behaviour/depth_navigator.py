@@ -19,6 +19,7 @@ from vehicle_agent.domain.polygon import BoolArray
 from vehicle_agent.mission.load import MissionPlan
 from vehicle_agent.mission.model import MapTask
 from vehicle_agent.mission.sounding import beam_of
+from vehicle_agent.planning.constraints import Traffic
 from vehicle_agent.planning.interface import Finished, Wait, Waypoint
 from vehicle_agent.planning.mapping.interface import HeightBand, MappingPlanner, MappingSituation
 from vehicle_agent.planning.travel import way_length_m
@@ -82,7 +83,7 @@ class DepthNavigator:
         """Next target to sail to, Finished when the planner has nothing left, or None to carry on."""
         if self._rising_since_s is not None:
             return self._rise_on(around)
-        if self._surfaces and self._drift.is_worth_a_fix():
+        if self._surfaces and self._drift.is_worth_a_fix() and self._is_free(around, self._surface_up_m):
             self._rising_since_s = around.now_s
             east, north, _ = around.state.position_enu_m
             text = f"up for a fix, position good to {self._drift.position_sd_m:.0f} m"
@@ -112,6 +113,10 @@ class DepthNavigator:
         """Below home, in truth: near enough to come up."""
         return way_length_m(state.position_enu_m, home_enu_m[:2]) <= OVER_HOME_M
 
+    def make_way(self, around: Surroundings) -> Point | None:
+        """Nothing: teammates pass at depths of their own, and whoever comes up waits until nobody is above."""
+        return None
+
     def stay(self, around: Surroundings, why: str) -> Point:
         """Give up the present leg and come to rest at the working depth."""
         east, north, _ = stopping_point(around.state)
@@ -133,11 +138,19 @@ class DepthNavigator:
         """Wait for the fix, then go on; the next decision leads down again."""
         assert self._rising_since_s is not None
         if self._drift.has_fix or around.now_s - self._rising_since_s > LONGEST_FIX_S:
+            if not self._is_free(around, self._up_m):
+                return None
             self._rising_since_s = None
             east, north, _ = around.state.position_enu_m
             self.leg = None
             return self._commit((east, north, self._up_m), "down again to its depth", None)
         return None
+
+    def _is_free(self, around: Surroundings, up_m: float) -> bool:
+        """Whether no teammate is on the way straight up or down to a height."""
+        east_m, north_m, _ = around.state.position_enu_m
+        traffic = Traffic(around.reservations, self._plan.mission.safety.separation_m)
+        return traffic.conflict(around.state.position_enu_m, (east_m, north_m, up_m)) is None
 
     def _is_too_low(self, state: VehicleState) -> bool:
         """Whether its own beam finds the ground nearer than it may be, and there is water above to rise into."""

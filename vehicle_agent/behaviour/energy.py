@@ -5,6 +5,8 @@ from __future__ import annotations
 LEARN_S = 20.0
 DETOUR = 1.5
 """The way home is reckoned longer than the straight line by this factor."""
+LAST_SHARE = 0.5
+"""Share of the reserve with which a vehicle must go down."""
 
 
 class EnergyWatch:
@@ -35,3 +37,7 @@ class EnergyWatch:
         if battery_fraction is None:
             return False
         return battery_fraction - self._drain_per_s * DETOUR * way_home_s <= self._reserve
+
+    def must_land(self, battery_fraction: float | None) -> bool:
+        """Whether a vehicle at home can wait no longer for its way down to become free."""
+        return battery_fraction is not None and battery_fraction <= LAST_SHARE * self._reserve

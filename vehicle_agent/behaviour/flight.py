@@ -11,6 +11,7 @@ from vehicle_agent.behaviour.authority import Authority, Steering
 from vehicle_agent.behaviour.body import body_of
 from vehicle_agent.behaviour.energy import EnergyWatch
 from vehicle_agent.behaviour.goal_claim import GoalClaim
+from vehicle_agent.behaviour.home_column import HomeColumn
 from vehicle_agent.behaviour.knowledge import Knowledge
 from vehicle_agent.behaviour.navigator import Arrived, Navigator, Surroundings
 from vehicle_agent.behaviour.order_book import OrderBook
@@ -81,6 +82,7 @@ class Flight:
         self._body = body_of(plan, index)
         self._knowledge, self._voice, self._orders, self._status_rhythm = knowledge, voice, orders, status_rhythm
         self._claim = GoalClaim(voice)
+        self._column = HomeColumn(plan)
         self._energy = EnergyWatch(plan.mission.stop.battery_reserve)
         self._checklist = Checklist(self._body.parameters())
         self._authority = Authority()
@@ -90,6 +92,7 @@ class Flight:
         self._take_offs = 0
         self._left_ground = False
         self._landing_begun = False
+        self._waits_told = False
         self._handed_back_stage = Stage.WORKING
         self.navigator = navigator
         self.standing = StandingOrders(plan, index)
@@ -161,7 +164,7 @@ class Flight:
             self._connect(state)
         elif state.armed and not self._body.rests(state) and state.mode is not FlightMode.GUIDED:
             self._yield(state)
-        elif state.home_enu_m is None:
+        elif state.home_enu_m is None or not self._may_set_out(state, state.home_enu_m):
             return
         elif state.armed and state.mode is FlightMode.GUIDED:
             self._take_offs += 1
@@ -170,6 +173,15 @@ class Flight:
             self._orders.try_at_once()
         elif state.ready_to_arm:
             self._orders.retry(Arm(), self._now_s)
+
+    def _may_set_out(self, state: VehicleState, home: Point) -> bool:
+        """Whether nobody is over home; who works there hears that somebody wants to come up, and makes way."""
+        east_m, north_m, _ = state.position_enu_m
+        rival = self._column.rival(self._around(state), (east_m, north_m, home[2] + self.take_off_height_m))
+        if rival and not self._waits_told:
+            self._voice.event(Severity.NOTICE, "waiting", f"waits to set out: {rival} is in the way")
+        self._waits_told = bool(rival)
+        return not rival
 
     def _take_off(self, state: VehicleState, steers: bool) -> None:
         if state.home_enu_m is None:
@@ -248,23 +260,40 @@ class Flight:
         return None
 
     def _hold(self, state: VehicleState) -> None:
-        """Stay; only a charge that just about reaches home ends it."""
+        """Stay, but for making way; only a charge that just about reaches home ends it."""
         if (reason := self._low_battery(state)) is not None:
             self._authority.expect_change()
             self._go_home(state, f"held no longer: {reason}")
+        elif not self._body.rests(state) and (aside := self.navigator.make_way(self._around(state))) is not None:
+            self._authority.expect_change()
+            self._fly(aside)
 
     def _go_home(self, state: VehicleState, reason: str) -> None:
         self._enter(Stage.RETURNING, "returning", reason)
+        self._waits_told = False
         self._claim.release()
         self._fly(self.navigator.stay(self._around(state), reason))
 
     def _return(self, state: VehicleState) -> None:
         home = self.home_enu_m(state)
-        if self.navigator.is_over_home(state, home):
-            self._begin_landing("over home")
+        if not self.navigator.is_over_home(state, home):
+            self._fly(self.navigator.go_home(self._around(state), home))
+            return
+        east_m, north_m, _ = state.position_enu_m
+        rival = self._column.rival(self._around(state), (east_m, north_m, home[2]))
+        if not rival or self._energy.must_land(state.battery_fraction):
+            self._begin_landing(f"at home, and can wait no longer for {rival} to make way" if rival else "over home")
             self._land(state)
         else:
-            self._fly(self.navigator.go_home(self._around(state), home))
+            self._wait_at_home(state, f"waits at home: {rival} is in the way")
+
+    def _wait_at_home(self, state: VehicleState, why: str) -> None:
+        """Stay where teammates see that it wants to go on to its home, and make way."""
+        if self.navigator.why != why:
+            self._fly(self.navigator.stay(self._around(state), why))
+        if not self._waits_told:
+            self._waits_told = True
+            self._voice.event(Severity.NOTICE, "waiting", why)
 
     def _begin_landing(self, why: str) -> None:
         self._landing_begun = False
@@ -378,7 +407,7 @@ class Flight:
             self._voice.event(severity, code, result.text or "the autopilot did not take an order")
 
     def _around(self, state: VehicleState) -> Surroundings:
-        return self._knowledge.around(self._now_s, state)
+        return self._knowledge.around(self._now_s, state, at_work=self.stage in (Stage.WORKING, Stage.HOLDING))
 
     def _fly(self, target: Point | None) -> None:
         if target is None:

@@ -60,13 +60,15 @@ class Knowledge:
         living = [name for name in self._plan.vehicle_names if name == self._own_name or name in heard]
         return self.exchange.repair_for(digest, living, now_s)
 
-    def around(self, now_s: float, state: VehicleState) -> Surroundings:
-        """What the navigator needs to know now."""
+    def around(self, now_s: float, state: VehicleState, at_work: bool) -> Surroundings:
+        """What the navigator needs to know now; who is `at_work` keeps clear of teammates' passages, too."""
+        reservations, passages = self.team.reservations(now_s), self.team.passages(now_s)
         return Surroundings(
             now_s,
             state,
             self.shared.version,
             self.team.teammates(),
-            self.team.reservations(now_s),
+            tuple(dict.fromkeys(reservations + passages)) if at_work else reservations,
+            passages,
             self.first_seen_cells,
         )

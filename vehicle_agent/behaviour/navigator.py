@@ -26,6 +26,7 @@ from vehicle_agent.planning.interface import (
     Waypoint,
 )
 from vehicle_agent.planning.travel import next_leg, way_length_m
+from vehicle_agent.planning.way_aside import way_aside
 from vehicle_agent.ports import VehicleState
 
 SHADOW_RINGS = 2
@@ -58,6 +59,8 @@ class Surroundings:
         Living and working.
     reservations
         Legs to keep clear of.
+    passages
+        Where teammates must pass that cannot go elsewhere: nobody rests there.
     objective
         J_E of this vehicle (Renzaglia eq. 5).
     """
@@ -67,6 +70,7 @@ class Surroundings:
     map_version: int
     teammates: tuple[Teammate, ...]
     reservations: tuple[Reservation, ...]
+    passages: tuple[Reservation, ...]
     objective: float
 
 
@@ -115,6 +119,8 @@ class Navigator:
         """Next target to fly to, Finished when the planner has nothing left, or None to carry on."""
         if not self._may_decide(around):
             return self._make_room(around)
+        if (aside := self.make_way(around)) is not None:
+            return aside
         state = around.state
         self._planner.tell(Observation(state.position_enu_m, around.objective))
         decision = self._decide(around)
@@ -180,7 +186,7 @@ class Navigator:
             return Arrived()
         end = next_leg(here, place_en_m, constraints)
         if end is None:
-            return self._wait(around, f"place {away_m:.0f} m: the way is taken")
+            return self.make_way(around) or self._wait(around, f"place {away_m:.0f} m: the way is taken")
         no_nearer = way_length_m(end, place_en_m) > away_m - 0.1 * self._plan.grid.cell_m
         if no_nearer and math.dist(end[:2], here[:2]) < self._plan.grid.cell_m and end[2] <= here[2] + OVER_HOME_M:
             return Arrived()
@@ -194,7 +200,7 @@ class Navigator:
         away_m = way_length_m(here, home_enu_m[:2])
         end = self._last_leg(here, home_enu_m, constraints) or next_leg(here, home_enu_m[:2], constraints)
         if end is None:
-            return self._wait(around, f"home {away_m:.0f} m: the way is taken")
+            return self.make_way(around) or self._wait(around, f"home {away_m:.0f} m: the way is taken")
         return self._commit(around, end, f"home {away_m:.0f} m", None)
 
     def _last_leg(self, here: Point, home_enu_m: Point, constraints: Constraints) -> Point | None:
@@ -208,6 +214,17 @@ class Navigator:
 
     def is_over_home(self, state: VehicleState, home_enu_m: Point) -> bool:
         return way_length_m(state.position_enu_m, home_enu_m[:2]) <= OVER_HOME_M and braking_distance_m(state) < 1.0
+
+    def make_way(self, around: Surroundings) -> Point | None:
+        """Leave a place where a teammate must pass; None where nobody must, or there is no way out now."""
+        if not self._may_decide(around):
+            return None
+        here, constraints = around.state.position_enu_m, self._constraints(around)
+        passages = [p for p in around.passages if constraints.blocks(p.start_enu_m, p.end_enu_m, here)]
+        end = way_aside(here, passages, constraints) if passages else None
+        if end is None:
+            return None
+        return self._commit(around, end, f"makes way for {self._plan.vehicle_names[passages[0].owner_index]}", None)
 
     def stay(self, around: Surroundings, why: str) -> Point:
         """Give up the present leg and come to rest, no further than where it ends."""
@@ -259,7 +276,7 @@ class Navigator:
         constraints = self._constraints(around)
         here, end = around.state.position_enu_m, self.leg.end_enu_m
         for rival in constraints.conflicts(here, end):
-            if rival.owner_index < self._index or constraints.blocks(here, end, rival.end_enu_m):
+            if rival.precedes(self._index) or constraints.blocks(here, end, rival.end_enu_m):
                 return self.stay(around, "making room for a teammate")
         if not constraints.clearance_m(here, end) >= TOO_LOW * self._min_above_m:
             return self.stay(around, "rising ground ahead")

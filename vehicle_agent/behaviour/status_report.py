@@ -79,7 +79,7 @@ def _reserved_end(
 ) -> Point:
     """End of the leg that teammates should keep clear of; without a leg, where the vehicle would come to rest."""
     east_m, north_m, up_m = state.position_enu_m
-    if stage is Stage.TAKING_OFF:
+    if stage in (Stage.ARMING, Stage.TAKING_OFF):
         return (home_enu_m[0], home_enu_m[1], home_enu_m[2] + take_off_height_m)
     if stage is Stage.LANDING:
         return (east_m, north_m, min(up_m, home_enu_m[2]))

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 from vehicle_agent.behaviour.units import to_metres
-from vehicle_agent.domain.frames import Point
 from vehicle_agent.planning.constraints import Reservation
 from vehicle_agent.planning.interface import AnnouncedTour, Teammate
 from vehicle_agent.ports import FlightMode
@@ -16,6 +16,9 @@ HAZARD_S = 600.0
 """The way home of a silent vehicle is kept clear for no longer than this."""
 FAILSAFE_S = 60.0
 """Until a silent vehicle's failsafe acts, and for its last metres to the ground."""
+OVER_HOME_M = 5.0
+"""A way home that ends so near to home goes on from there to the ground."""
+UNSTOPPABLE = (Stage.TAKING_OFF, Stage.LANDING)
 SLOWEST_RETURN_M_S, SLOWEST_CLIMB_M_S = 4.0, 1.0
 """No slower is a vehicle under its failsafe taken to fly home, and to climb and sink."""
 
@@ -107,30 +110,58 @@ class TeamPicture:
         return tuple(working)
 
     def reservations(self, now_s: float) -> tuple[Reservation, ...]:
-        """Legs to keep clear of: those told by the living, and the way home of the silent and of who returns unled."""
+        """Legs to keep clear of: those told by the living, and the way home of the silent and of who returns unled.
+
+        Who rests disarmed is in nobody's way.
+        """
         legs: list[Reservation] = []
         for name, known in self._heard.items():
-            status = known.status
-            here, leg_end = to_metres(status.position_cm), to_metres(status.leg_end_cm)
+            if not known.status.armed:
+                continue
+            index = self._team.index(name)
             if not known.lost:
-                legs.append(Reservation(here, leg_end, self._team.index(name)))
-            if status.armed and (known.lost or status.mode == FlightMode.RETURN.value):
-                way = _way_home(here, leg_end, to_metres(status.home_cm), status.return_up_cm * 0.01)
+                legs.extend(_told_legs(known.status, index))
+            if known.lost or known.status.mode == FlightMode.RETURN.value:
+                way = _way_home(known.status, index)
                 if now_s - known.heard_at_s < min(HAZARD_S, FAILSAFE_S + _slowest_s(way)):
                     legs.extend(way)
         return tuple(legs)
 
+    def passages(self, now_s: float) -> tuple[Reservation, ...]:
+        """Where teammates must pass that cannot go elsewhere, so that nobody rests there who works.
 
-def _way_home(here: Point, leg_end: Point, home: Point, return_up_m: float) -> list[Reservation]:
+        Besides the legs of those that cannot stop: up and down over the homes of who sets out and who comes back.
+        """
+        ways = [leg for leg in self.reservations(now_s) if leg.has_way]
+        for name in self.living():
+            status = self._heard[name].status
+            here, leg_end, home = (to_metres(p) for p in (status.position_cm, status.leg_end_cm, status.home_cm))
+            if status.stage is Stage.ARMING:
+                ways.append(Reservation(here, leg_end, self._team.index(name)))
+            elif status.stage is Stage.RETURNING:
+                up = max(here[2], leg_end[2], key=lambda up_m: abs(up_m - home[2]))
+                ways.append(Reservation((home[0], home[1], up), home, self._team.index(name)))
+        return tuple(ways)
+
+
+def _told_legs(status: Status, index: int) -> list[Reservation]:
+    """The leg that a living vehicle tells; that of one who returns goes on from over its home to the ground."""
+    here, leg_end, home = (to_metres(p) for p in (status.position_cm, status.leg_end_cm, status.home_cm))
+    if status.stage is Stage.ARMING:
+        leg_end = here
+    legs = [Reservation(here, leg_end, index, status.stage in UNSTOPPABLE)]
+    if status.stage is Stage.RETURNING and math.dist(leg_end[:2], home[:2]) <= OVER_HOME_M:
+        legs.append(Reservation(leg_end, home, index))
+    return legs
+
+
+def _way_home(status: Status, index: int) -> list[Reservation]:
     """The leg it was on, and its autopilot's own return: up, across, down."""
-    above_here = (leg_end[0], leg_end[1], max(return_up_m, leg_end[2]))
+    here, leg_end, home = (to_metres(p) for p in (status.position_cm, status.leg_end_cm, status.home_cm))
+    above_here = (leg_end[0], leg_end[1], max(status.return_up_cm * 0.01, leg_end[2]))
     above_home = (home[0], home[1], above_here[2])
-    return [
-        Reservation(here, leg_end),
-        Reservation(leg_end, above_here),
-        Reservation(above_here, above_home),
-        Reservation(above_home, home),
-    ]
+    corners = (here, leg_end, above_here, above_home, home)
+    return [Reservation(start, end, index, has_way=True) for start, end in pairwise(corners)]
 
 
 def _slowest_s(way: list[Reservation]) -> float:

@@ -8,6 +8,7 @@ what it went for and still does not see stays out of sight from there and is lef
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -21,7 +22,7 @@ from vehicle_agent.domain.polygon import BoolArray
 from vehicle_agent.domain.voxel_paths import UNREACHED, trace_voxels, voxel_distances
 from vehicle_agent.domain.voxels import UNKNOWN
 from vehicle_agent.mission.load import MissionPlan
-from vehicle_agent.planning.constraints import Traffic
+from vehicle_agent.planning.constraints import Reservation, Traffic
 from vehicle_agent.planning.interface import Finished, Waypoint
 from vehicle_agent.planning.voxel_explorer import Voxel, VoxelExplorer, VoxelTeammate
 from vehicle_agent.planning.voxel_picture import VoxelPicture, without_traffic
@@ -74,7 +75,7 @@ class TownNavigator:
         self._reconsidered_at = -1
         self._next_check_s = -math.inf
         self._not_before_s = -math.inf
-        self._braking = False
+        self._braking = self._makes_way = False
         self.leg: Leg | None = None
         self.waypoint: Waypoint | None = None
         self.why = ""
@@ -90,11 +91,13 @@ class TownNavigator:
                 return rest
             if self._braking:
                 return None
-            if self._explorer.still_worth(picture):
+            if self._goes_on(picture):
                 return self._fly_on(around, picture)
-        elif len(self._way) == 0 and self._explorer.expects_any and not self._has_looked(around):
+        elif (aside := self.make_way(around)) is not None:
+            return aside
+        elif len(self._way) == 0 and self._expects_any and not self._has_looked(around):
             return None
-        elif len(self._way) and self._explorer.still_worth(picture) and self._is_passable(picture):
+        elif len(self._way) and self._goes_on(picture) and self._is_passable(picture):
             return self._fly_on(around, picture)
         return self._choose(around, picture)
 
@@ -115,6 +118,23 @@ class TownNavigator:
         """Fly only over `allowed` cells, see only over `area_cells`: (columns, rows) bool. No sector goes first."""
         self._allowed, self._area = allowed, area_cells
 
+    def make_way(self, around: Surroundings) -> Point | None:
+        """Leave a place where a teammate must pass; None where nobody must, or there is no way out now."""
+        here = around.state.position_enu_m
+        if self.leg is not None and not self._is_flown(around.state):
+            return None
+        traffic = Traffic(around.reservations, self._plan.mission.safety.separation_m)
+        passages = [p for p in around.passages if traffic.blocks(p.start_enu_m, p.end_enu_m, here)]
+        if not passages:
+            return None
+        picture = self._picture(around)
+        way = self._way_aside(picture, around.state, passages)
+        if len(way) == 0:
+            return None
+        self._way, self._goal, self._makes_way = way, None, True
+        self.why = f"makes way for {self._plan.vehicle_names[passages[0].owner_index]}"
+        return self._fly_on(around, picture)
+
     def stay(self, around: Surroundings, why: str) -> Point:
         """Give up the present way and come to rest."""
         self._way = self._way[:0]
@@ -129,6 +149,15 @@ class TownNavigator:
 
     # Deciding
 
+    @property
+    def _expects_any(self) -> bool:
+        """Whether something is to be looked at from the end of the present way."""
+        return self._explorer.expects_any and not self._makes_way
+
+    def _goes_on(self, picture: VoxelPicture) -> bool:
+        """Whether the present way is still worth flying."""
+        return self._makes_way or self._explorer.still_worth(picture)
+
     def _choose(self, around: Surroundings, picture: VoxelPicture) -> Point | Finished | None:
         """Ask for a new route; without one wait for teammates that still work, then try all again, then be done."""
         here = self._voxel_here(around.state)
@@ -140,7 +169,7 @@ class TownNavigator:
             )
             for mate in around.teammates
         ]
-        self._arrived = None
+        self._arrived, self._makes_way = None, False
         route = self._explorer.ask(picture, here, mates)
         self.is_idle = route is None
         if route is not None:
@@ -232,7 +261,8 @@ class TownNavigator:
             over = (place_en_m[0], place_en_m[1], state.position_enu_m[2])
             if away_m <= 2.0 * self._grid.voxel_m and self._is_clear(picture, state.position_enu_m, over):
                 return self._commit(around, over)
-            return self._wait(around, f"{why}, {away_m:.0f} m: the way is taken", WAIT_S)
+            taken = f"{why}, {away_m:.0f} m: the way is taken"
+            return self.make_way(around) or self._wait(around, taken, WAIT_S)
         return self._fly_on(around, picture)
 
     def _way_to(self, picture: VoxelPicture, state: VehicleState, place_en_m: tuple[float, float]) -> IndexArray:
@@ -247,6 +277,18 @@ class TownNavigator:
         best = np.lexsort((-layers, beside))[0]
         return trace_voxels(parents, int(reached[best]))[1:]
 
+    def _way_aside(self, picture: VoxelPicture, state: VehicleState, passages: Sequence[Reservation]) -> IndexArray:
+        """Voxels to the nearest place with room beside passages; empty when there is none."""
+        nowhere = np.empty(0, dtype=np.bool_)
+        distances, parents = voxel_distances(picture.passable, self._grid.flat_of(self._voxel_here(state)), nowhere, 0)
+        legs = [(passage.start_enu_m, passage.end_enu_m) for passage in passages]
+        keep_m = self._plan.mission.safety.separation_m + ROOM_M
+        reached = (distances != UNREACHED).reshape(self._grid.shape)
+        places = np.flatnonzero(without_traffic(reached, self._grid, legs, None, keep_m))
+        if len(places) == 0:
+            return self._way[:0]
+        return trace_voxels(parents, int(places[np.argmin(distances[places])]))[1:]
+
     # What is in the way
 
     def _make_room(self, around: Surroundings, picture: VoxelPicture) -> Point | None:
@@ -256,7 +298,7 @@ class TownNavigator:
         here, end = around.state.position_enu_m, self.leg.end_enu_m
         traffic = Traffic(around.reservations, self._plan.mission.safety.separation_m)
         for rival in traffic.conflicts(here, end):
-            if rival.owner_index < self._index or traffic.blocks(here, end, rival.end_enu_m):
+            if rival.precedes(self._index) or traffic.blocks(here, end, rival.end_enu_m):
                 return self._brake(around, "making room for a teammate")
         if not self._is_clear(picture, here, end):
             return self._brake(around, "something is in the way")

@@ -29,11 +29,18 @@ class Reservation:
     ----------
     owner_index
         Team index of who reserved it: of two that reserved crossing legs at the same time, the lower has the way.
+    has_way
+        Its owner can neither stop nor turn aside, so all others do.
     """
 
     start_enu_m: Point
     end_enu_m: Point
     owner_index: int = -1
+    has_way: bool = False
+
+    def precedes(self, index: int) -> bool:
+        """Whether its owner has the way over a vehicle with that team index."""
+        return self.has_way or self.owner_index < index
 
 
 @dataclass(frozen=True, slots=True)

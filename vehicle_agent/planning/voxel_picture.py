@@ -85,17 +85,18 @@ def _worth(occupied: BoolArray, free: BoolArray, frontier: BoolArray) -> npt.NDA
 
 
 def without_traffic(
-    passable: BoolArray, grid: VoxelGrid, legs: Sequence[tuple[Point, Point]], here_enu_m: Point, keep_m: float
+    passable: BoolArray, grid: VoxelGrid, legs: Sequence[tuple[Point, Point]], here_enu_m: Point | None, keep_m: float
 ) -> BoolArray:
-    """Passable voxels that keep a distance from straight legs; nearer ones as far as they are no nearer than here.
+    """Passable voxels that keep a distance from straight legs; nearer ones as far as they are no nearer than `here`.
 
     `legs` are (start, end) pairs in ENU metres; a vehicle that stays is a leg without length.
     """
     result = passable.copy()
-    here = np.array([here_enu_m])
     for start_enu_m, end_enu_m in legs:
         start, end = np.array(start_enu_m), np.array(end_enu_m)
-        least_m = min(keep_m, float(_distance_to_leg_m(here, start, end)[0]) - 0.1)
+        least_m = keep_m
+        if here_enu_m is not None:
+            least_m = min(keep_m, float(_distance_to_leg_m(np.array([here_enu_m]), start, end)[0]) - 0.1)
         lowest = np.minimum(start, end) - keep_m - grid.corner_enu_m
         highest = np.maximum(start, end) + keep_m - grid.corner_enu_m
         low = np.clip(np.floor(lowest / grid.voxel_m).astype(int), 0, grid.shape)
