@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from missions.bench.coverage_kernels import count_watchers, nearest_m, shares, unmarked
 from vehicle_agent.domain.elevation import CellObservations, ElevationMap
 from vehicle_agent.domain.frames import FloatArray, Point
 from vehicle_agent.domain.grid import Grid, IndexArray
@@ -106,7 +107,8 @@ class _Coverage:
         self._observed: BoolArray = np.zeros(grid.cells, dtype=np.bool_)
         self._views: list[IndexArray] = []
         self._positions: list[Point] = [(float(e), float(n), float(u)) for e, n, u in starts_enu_m]
-        self._goals: list[Point | None] = [None] * len(planners)
+        self._places = np.array(starts_enu_m, dtype=np.float64)
+        self._told = [Teammate(index, position) for index, position in enumerate(self._positions)]
         self._ask_ms: list[float] = []
         self._nearest_m = math.inf
         self._iteration = 0
@@ -114,7 +116,7 @@ class _Coverage:
         self._map_changed = False
         for position in self._positions:
             self._views.append(self._look(position))
-            self._watchers[self._views[-1]] += 1
+            count_watchers(self._watchers, self._views[-1], 1)
 
     def run(self, iterations: int) -> CoverageRun:
         track = [list(self._positions)]
@@ -140,7 +142,7 @@ class _Coverage:
         """What is seen from a place; what of it nobody had seen goes into the team's map."""
         eye = eyes_in_cells(self._grid, np.array(position))[0]
         seen = seen_cells(self._truth, eye, self._grid.cell_m, self._team.range_m)
-        new = seen[~self._observed[seen]]
+        new = unmarked(self._observed, seen)
         if len(new):
             self._observed[new] = True
             heights_dm = np.round(self._truth.ravel()[new] * 10.0).astype(np.int32)
@@ -151,9 +153,9 @@ class _Coverage:
     def _move(self, index: int) -> bool:
         """One decision and its step; True when the planner has nothing left to do."""
         here, team = self._positions[index], self._team
-        others = [other for other in range(len(self._planners)) if other != index]
+        mates = (*self._told[:index], *self._told[index + 1 :])
         near_m = 4.0 * team.step_m + team.separation_m
-        near = [other for other in others if math.dist(here, self._positions[other]) <= near_m]
+        near = [mate for mate in mates if math.dist(here, mate.position_enu_m) <= near_m]
         constraints = Constraints(
             self._grid,
             self._surface,
@@ -161,19 +163,18 @@ class _Coverage:
             team.ceiling_m,
             team.step_m,
             team.separation_m,
-            tuple(Reservation(self._positions[other], self._positions[other], other) for other in near),
+            tuple(Reservation(mate.position_enu_m, mate.position_enu_m, mate.index) for mate in near),
             ceiling_m=team.ceiling_m - MARGIN_M,
         )
-        mates = tuple(Teammate(other, self._positions[other], self._goals[other]) for other in others)
         situation = Situation(index, here, self._map, self._area, team.range_m, constraints, mates)
-        objective = float((1.0 / self._watchers[self._views[index]]).sum())  # eq. 1, from the views that were told
+        objective = float(shares(self._watchers, self._views[index]).sum())  # eq. 1, from the views that were told
         began_s = time.perf_counter()
         self._planners[index].tell(Observation(here, objective))
         decision = self._planners[index].ask(situation)
         self._ask_ms.append(1e3 * (time.perf_counter() - began_s))
         if isinstance(decision, Waypoint):
-            self._goals[index] = decision.goal_enu_m
             self._go(index, decision.position_enu_m)
+            self._told[index] = Teammate(index, self._positions[index], decision.goal_enu_m)
         return isinstance(decision, Finished)
 
     def _go(self, index: int, end: Point) -> None:
@@ -182,10 +183,9 @@ class _Coverage:
             return
         part = min(1.0, self._team.step_m / max(math.dist(here, end), 1e-9))
         east, north, up = (h + part * (e - h) for h, e in zip(here, end, strict=True))
-        self._positions[index] = (east, north, up)
-        self._watchers[self._views[index]] -= 1
-        self._views[index] = self._look(self._positions[index])
-        self._watchers[self._views[index]] += 1
-        place = self._positions[index]
-        rivals = (math.dist(place, other) for k, other in enumerate(self._positions) if k != index)
-        self._nearest_m = min(self._nearest_m, min(rivals, default=math.inf))
+        place = self._positions[index] = (east, north, up)
+        count_watchers(self._watchers, self._views[index], -1)
+        self._views[index] = self._look(place)
+        count_watchers(self._watchers, self._views[index], 1)
+        self._places[index] = place
+        self._nearest_m = min(self._nearest_m, nearest_m(self._places, index))

@@ -14,7 +14,7 @@ from missions.bench.coverage_run import CoverageTeam
 from vehicle_agent.domain.frames import FloatArray
 from vehicle_agent.domain.grid import Grid
 from vehicle_agent.domain.polygon import BoolArray
-from vehicle_agent.domain.visibility import eyes_in_cells, seen_cells, weigh_views
+from vehicle_agent.domain.visibility import best_view, eyes_in_cells, seen_cells
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,10 +64,14 @@ class _Surface:
         seen.ravel()[seen_cells(self.elevation_m, eye, self.grid.cell_m, self.team.range_m)] = True
         return seen
 
-    def gains(self, places: FloatArray, unseen: BoolArray) -> FloatArray:
+    def best(self, places: FloatArray, unseen: BoolArray) -> int:
+        """Which of the places sees most of what is unseen: the first of equals."""
         eyes = eyes_in_cells(self.grid, places)
         weights = unseen.astype(np.float64)
-        return weigh_views(self.elevation_m, eyes, self.grid.cell_m, self.team.range_m, weights)
+        best, _, _ = best_view(
+            self.elevation_m, eyes, self.grid.cell_m, self.team.range_m, weights, np.zeros(len(places))
+        )
+        return best
 
     def admissible(self, places: FloatArray) -> FloatArray:
         """Places moved into the area and their height band; those where there is none left out."""
@@ -142,8 +146,7 @@ def _ascend(
             watchers -= views[index]
             others = np.delete(places, index, axis=0)
             choices = _choices(surface, places[index], others, params, rng)
-            gains = surface.gains(choices, watchers == 0)
-            if (best := int(np.argmax(gains))) != 0:
+            if (best := surface.best(choices, watchers == 0)) != 0:
                 places[index] = choices[best]
                 views[index] = surface.view(places[index])
             watchers += views[index]

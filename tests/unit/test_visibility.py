@@ -8,7 +8,7 @@ import pytest
 from vehicle_agent.domain.frames import FloatArray
 from vehicle_agent.domain.grid import Grid
 from vehicle_agent.domain.sensing import view, visible_surface
-from vehicle_agent.domain.visibility import eyes_in_cells, weigh_views
+from vehicle_agent.domain.visibility import best_view, eyes_in_cells, mark_seen
 
 GRID = Grid(-20.0, 10.0, 2.0, 40, 30)
 
@@ -76,13 +76,28 @@ def test_places_on_cell_centres_and_on_the_border_see_what_the_sensor_sees() -> 
         np.testing.assert_array_equal(visible_surface(GRID, surface, place, 30.0), seen_plainly(surface, place, 30.0))
 
 
-def test_weights_are_summed_over_what_each_place_sees() -> None:
-    surface, rng = rough(3), np.random.default_rng(4)
-    weights = np.where(rng.random(GRID.shape) < 0.5, rng.random(GRID.shape), 0.0)
-    eyes = places(5, 20, surface)
-    sums = weigh_views(surface, eyes_in_cells(GRID, eyes), GRID.cell_m, 22.0, weights)
-    expected = [weights[view(GRID, surface, (float(e), float(n), float(u)), 22.0)].sum() for e, n, u in eyes]
-    np.testing.assert_allclose(sums, expected)
+@pytest.mark.parametrize("seed", range(4))
+def test_the_place_whose_view_weighs_most_is_chosen(seed: int) -> None:
+    surface, rng = rough(3), np.random.default_rng(seed)
+    weights = np.where(rng.random(GRID.shape) < 0.5, rng.integers(1, 9, GRID.shape), 0).astype(np.float64)
+    eyes, bonuses = places(5 + seed, 20, surface), rng.normal(0.0, 20.0, 20)
+    chosen, weight, first = best_view(surface, eyes_in_cells(GRID, eyes), GRID.cell_m, 22.0, weights, bonuses)
+    sums = [weights[view(GRID, surface, (float(e), float(n), float(u)), 22.0)].sum() for e, n, u in eyes]
+    assert (chosen, weight, first) == (int(np.argmax(sums + bonuses)), sums[chosen], sums[0])
+
+
+def test_the_first_of_equal_places_is_chosen() -> None:
+    eyes = np.repeat(places(5, 1, rough(3)), 3, axis=0)
+    ones = np.ones(GRID.shape)
+    assert best_view(rough(3), eyes_in_cells(GRID, eyes), GRID.cell_m, 22.0, ones, np.zeros(3))[0] == 0
+
+
+def test_what_several_places_see_is_what_each_sees() -> None:
+    surface, eyes = rough(3), places(6, 5, rough(3))
+    seen = mark_seen(surface, eyes_in_cells(GRID, eyes), GRID.cell_m, 22.0)
+    expected = [view(GRID, surface, (float(e), float(n), float(u)), 22.0) for e, n, u in eyes]
+    np.testing.assert_array_equal(seen, np.any(expected, axis=0))
+    assert not mark_seen(surface, np.empty((0, 3)), GRID.cell_m, 22.0).any()
 
 
 def test_nothing_is_seen_from_nowhere_and_of_nothing_known() -> None:

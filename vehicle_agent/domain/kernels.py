@@ -20,7 +20,7 @@ from vehicle_agent.domain.polynomials import cubic_monomials
 from vehicle_agent.domain.segments import come_too_near, segment_distance_m
 from vehicle_agent.domain.shared_tours import mend_tours
 from vehicle_agent.domain.sweeps import unseen_beside
-from vehicle_agent.domain.visibility import seen_cells, weigh_views
+from vehicle_agent.domain.visibility import best_view, mark_seen, seen_cells
 
 
 def warm_up() -> None:
@@ -34,7 +34,8 @@ def warm_up() -> None:
     come_too_near(point, np.ones((2, 3)), np.ones((2, 3)), np.ones((2, 3)), 1.0)
     cubic_monomials(np.ones((2, 3)))
     seen_cells(elevation, point, 1.0, 2.0)
-    weigh_views(elevation, np.ones((2, 3)), 1.0, 2.0, elevation)
+    mark_seen(elevation, np.ones((2, 3)), 1.0, 2.0)
+    best_view(elevation, np.ones((2, 3)), 1.0, 2.0, elevation, np.ones(2))
     assumed_surface(elevation, np.ones((4, 4), dtype=np.bool_), 1.0, 2, 1.5)
     travel_distances(np.ones((4, 4), dtype=np.bool_), 0, 0, 1, 1)
     nearest_known_cell(elevation, 0, 0)

@@ -1,4 +1,4 @@
-"""What a place sees of a surface, as compiled kernels: the cells themselves, or the sum of their weights.
+"""What places see of a surface, as compiled kernels: the cells themselves, or the place whose view weighs most.
 
 Heights live at cell centres and are joined linearly along the grid lines that a ray crosses on its longer axis. An
 unknown height (NaN) hides nothing: what nobody knows may still be seen. A ray is walked from the seen cell towards the
@@ -15,6 +15,7 @@ import numpy as np
 from vehicle_agent.domain.compiled import compiled
 from vehicle_agent.domain.frames import FloatArray
 from vehicle_agent.domain.grid import Grid, IndexArray
+from vehicle_agent.domain.polygon import BoolArray
 
 MOST_RINGS = 512
 """Ground farther from the eye, in cells, is not looked through for its highest point."""
@@ -153,29 +154,94 @@ def seen_cells(elevation: FloatArray, eye: FloatArray, cell_m: float, range_m: f
 
 
 @compiled
-def weigh_views(
-    elevation: FloatArray, eyes: FloatArray, cell_m: float, range_m: float, weights: FloatArray
-) -> FloatArray:
-    """Sum of `weights` over the cells that each eye sees: eyes (M, 3) -> (M,) float64.
+def mark_seen(elevation: FloatArray, eyes: FloatArray, cell_m: float, range_m: float) -> BoolArray:
+    """Cells that at least one of the eyes sees: eyes (M, 3) -> (columns, rows) bool; what one sees costs others no ray.
 
-    Parameters as for `seen_cells`; `weights` is (columns, rows) float64, and cells of no weight cost no ray.
+    Parameters as for `seen_cells`.
     """
     columns, rows = elevation.shape
     flat = elevation.ravel()
     reach = range_m / cell_m
-    sums = np.zeros(len(eyes))
+    seen = np.zeros((columns, rows), dtype=np.bool_)
     tops = np.empty(int(min(reach, MOST_RINGS)) + 4)
     for index in range(len(eyes)):
         u, v, z = eyes[index, 0], eyes[index, 1], eyes[index, 2]
         _raise_tops(elevation, u, v, tops)
         for column in range(max(0, math.ceil(u - reach)), min(columns - 1, math.floor(u + reach)) + 1):
             for row in range(max(0, math.ceil(v - reach)), min(rows - 1, math.floor(v + reach)) + 1):
-                weight = weights[column, row]
-                if weight == 0.0:
+                if seen[column, row]:
                     continue
                 height = elevation[column, row]
                 east, north, up = (column - u) * cell_m, (row - v) * cell_m, height - z
                 in_range = east * east + north * north + up * up <= range_m * range_m
                 if in_range and _sees(flat, columns, rows, u, v, z, column, row, height, tops):
-                    sums[index] += weight
-    return sums
+                    seen[column, row] = True
+    return seen
+
+
+@compiled
+def _in_range(
+    elevation: FloatArray, eye: FloatArray, cell_m: float, range_m: float, weights: FloatArray, cells: IndexArray
+) -> tuple[int, float]:
+    """Write the flat indices of the cells of some weight in an eye's range to `cells`: how many, and their weight."""
+    columns, rows = elevation.shape
+    reach = range_m / cell_m
+    u, v, z = eye[0], eye[1], eye[2]
+    count, weight = 0, 0.0
+    for column in range(max(0, math.ceil(u - reach)), min(columns - 1, math.floor(u + reach)) + 1):
+        for row in range(max(0, math.ceil(v - reach)), min(rows - 1, math.floor(v + reach)) + 1):
+            if weights[column, row] == 0.0:
+                continue
+            east, north, up = (column - u) * cell_m, (row - v) * cell_m, elevation[column, row] - z
+            if east * east + north * north + up * up <= range_m * range_m:
+                cells[count] = column * rows + row
+                count += 1
+                weight += weights[column, row]
+    return count, weight
+
+
+@compiled
+def best_view(
+    elevation: FloatArray,
+    eyes: FloatArray,
+    cell_m: float,
+    range_m: float,
+    weights: FloatArray,
+    bonuses: FloatArray,
+) -> tuple[int, float, float]:
+    """Choose the eye whose view weighs most, its bonus added: the first of equals.
+
+    No ray is cast for an eye that could not be chosen if it saw all that is left in its range.
+
+    Parameters
+    ----------
+    eyes : (M, 3) float64, at least one; the other parameters as for `seen_cells`.
+    weights : (columns, rows) float64, not negative; cells of no weight cost no ray.
+    bonuses : (M,) float64.
+
+    Returns
+    -------
+    the chosen eye's index, the weight of what it sees, and the weight of what the first eye sees.
+    """
+    columns, rows = elevation.shape
+    flat, flat_weights = elevation.ravel(), weights.ravel()
+    cells = np.empty(elevation.size, dtype=np.int64)
+    tops = np.empty(int(min(range_m / cell_m, MOST_RINGS)) + 4)
+    best, best_weight, first_weight, best_value = 0, 0.0, 0.0, -math.inf
+    for index in range(len(eyes)):
+        count, weight = _in_range(elevation, eyes[index], cell_m, range_m, weights, cells)
+        if weight + bonuses[index] <= best_value:
+            continue
+        u, v, z = eyes[index, 0], eyes[index, 1], eyes[index, 2]
+        _raise_tops(elevation, u, v, tops)
+        for k in range(count):
+            column, row = cells[k] // rows, cells[k] % rows
+            if not _sees(flat, columns, rows, u, v, z, column, row, flat[cells[k]], tops):
+                weight -= flat_weights[cells[k]]
+                if weight + bonuses[index] <= best_value:
+                    break
+        if index == 0:
+            first_weight = weight
+        if weight + bonuses[index] > best_value:
+            best, best_weight, best_value = index, weight, weight + bonuses[index]
+    return best, best_weight, first_weight

@@ -20,6 +20,8 @@ BASIS_FUNCTIONS = CUBIC_MONOMIALS
 """L in the paper: all x^u y^v z^w with u + v + w <= 3 (eq. 8)."""
 _CONDITION = 1e-10
 """Directions of the window whose share is smaller are taken as not measured."""
+_LIKELY = 16
+"""Of so many of the most promising candidates one is mostly admissible."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,9 +73,12 @@ class Cao:
 
     def tell(self, position_enu_m: Point, objective: float) -> None:
         """Remember the objective J_t measured at a position."""
-        first = max(0, len(self._objectives) + 1 - self._window)
-        self._positions = np.vstack((self._positions[first:], position_enu_m))
-        self._objectives = np.append(self._objectives[first:], objective)
+        if len(self._objectives) < self._window:
+            self._positions = np.vstack((self._positions, position_enu_m))
+            self._objectives = np.append(self._objectives, objective)
+            return
+        self._positions[:-1], self._objectives[:-1] = self._positions[1:], self._objectives[1:]
+        self._positions[-1], self._objectives[-1] = position_enu_m, objective
 
     def ask(
         self,
@@ -97,11 +102,13 @@ class Cao:
         directions = self._rng.standard_normal((self.params.candidates, 3))
         directions /= np.sqrt(np.einsum("ij,ij->i", directions, directions))[:, None]
         candidates = here + step * directions  # eq. 10
-        candidates = candidates[admissible(candidates)]
-        if len(candidates) == 0:
-            return None
-        best = candidates[int(np.argmax(self._promise(candidates, here, step)))]  # eq. 12
-        return (float(best[0]), float(best[1]), float(best[2]))
+        best_first = np.argsort(-self._promise(candidates, here, step), kind="stable")
+        for some in (best_first[:_LIKELY], best_first[_LIKELY:]):  # few are ever looked at, which is quicker than all
+            allowed = admissible(candidates[some])
+            if allowed.any():
+                best = candidates[some[int(np.argmax(allowed))]]  # eq. 12
+                return (float(best[0]), float(best[1]), float(best[2]))
+        return None
 
     def _promise(self, candidates: FloatArray, here: FloatArray, step: float) -> FloatArray:
         """Estimated objective at candidates, (M, 3) -> (M,)."""

@@ -15,9 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from vehicle_agent.domain.frames import FloatArray, Point
-from vehicle_agent.domain.grid import IndexArray
 from vehicle_agent.domain.polygon import BoolArray
-from vehicle_agent.domain.visibility import eyes_in_cells, seen_cells, weigh_views
+from vehicle_agent.domain.visibility import best_view, eyes_in_cells, mark_seen
 from vehicle_agent.planning.frontier_travel import bearing_word
 from vehicle_agent.planning.ground_estimate import GroundEstimate
 from vehicle_agent.planning.interface import Decision, Finished, Observation, Situation, Wait, Waypoint
@@ -98,7 +97,7 @@ class Stations:
         self._rest: dict[int, tuple[Point, Point | None]] = {}
         self._known = -1
         self._team: tuple[int, ...] = ()
-        self._views: dict[int, tuple[Point, IndexArray]] = {}
+        self._seen: tuple[list[Point], BoolArray] | None = None
 
     def tell(self, observation: Observation) -> None:
         """Nothing is learned from measurements beyond the map."""
@@ -155,7 +154,7 @@ class Stations:
         if team != self._team:  # somebody died or joined: room to leave the present places again
             if self._team and not self._nearly_ends:
                 self._decisions = min(self._decisions, params.heated_decisions // 2)
-                self._views.clear()
+                self._seen = None
                 self._stale = 0
             self._team = team
         estimate = self._coarse
@@ -170,7 +169,7 @@ class Stations:
             known = int(situation.team_map.observed.sum())
             if known != self._known:
                 self._known, self._stale = known, 0
-                self._views.clear()
+                self._seen = None
                 estimate.take(situation.team_map)
         return estimate
 
@@ -180,16 +179,17 @@ class Stations:
         wanted = estimate.weights * ~self._seen_by_teammates(situation, estimate)
         proposals = self._admissible(situation, estimate, self._proposals(situation, estimate, station, wanted))
         eyes = eyes_in_cells(estimate.grid, proposals)
-        gains = weigh_views(estimate.elevation_m, eyes, estimate.grid.cell_m, situation.range_m, wanted)
         cooled = self._decisions / max(1, params.heated_decisions)
-        values = gains
+        bonuses = np.zeros(len(proposals))
         if cooled < 1.0:
             whole_view = math.pi * (situation.range_m / situation.team_map.grid.cell_m) ** 2
             noise = params.heat * whole_view * (1.0 - cooled)
             away_m = np.linalg.norm(proposals - np.array(situation.position_enu_m), axis=1)
-            values = gains + noise * self._rng.gumbel(size=len(gains)) - params.dear_way * away_m
-        best = int(np.argmax(values))
-        if cooled >= 1.0 and gains[best] < gains[0] + 0.5:
+            bonuses = noise * self._rng.gumbel(size=len(proposals)) - params.dear_way * away_m
+        best, gain, own_gain = best_view(
+            estimate.elevation_m, eyes, estimate.grid.cell_m, situation.range_m, wanted, bonuses
+        )
+        if cooled >= 1.0 and gain < own_gain + 0.5:
             self._stale += 1
             return
         if best != 0:
@@ -197,15 +197,13 @@ class Stations:
             self._stale = 0
 
     def _seen_by_teammates(self, situation: Situation, estimate: GroundEstimate) -> BoolArray:
-        seen = np.zeros(estimate.grid.shape, dtype=np.bool_)
-        for mate, place in zip(situation.teammates, self._places(situation), strict=True):
-            known = self._views.get(mate.index)
-            if known is None or known[0] != place:
-                eye = eyes_in_cells(estimate.grid, np.array(place))[0]
-                view = seen_cells(estimate.elevation_m, eye, estimate.grid.cell_m, situation.range_m)
-                known = self._views[mate.index] = (place, view)
-            seen.ravel()[known[1]] = True
-        return seen
+        """What the teammates' stations see: (columns, rows) bool of the estimate."""
+        places = self._places(situation)
+        if self._seen is None or self._seen[0] != places:
+            eyes = eyes_in_cells(estimate.grid, np.array(places).reshape(-1, 3))
+            seen = mark_seen(estimate.elevation_m, eyes, estimate.grid.cell_m, situation.range_m)
+            self._seen = (places, seen)
+        return self._seen[1]
 
     def _places(self, situation: Situation) -> list[Point]:
         """Where each teammate will stay: its station, or where it rests if word of a new one was lost."""
