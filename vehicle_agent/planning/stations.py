@@ -20,18 +20,11 @@ from vehicle_agent.domain.visibility import best_view, eyes_in_cells, mark_seen
 from vehicle_agent.planning.frontier_travel import bearing_word
 from vehicle_agent.planning.ground_estimate import GroundEstimate
 from vehicle_agent.planning.interface import Decision, Finished, Observation, Situation, Wait, Waypoint
+from vehicle_agent.planning.settling import Settling, SettlingParams
 from vehicle_agent.planning.station_leg import leg_to_station
 
 NEAR = 0.05
 """A vehicle within this share of a leg's reach is on its station."""
-RESTING = 6
-"""Decisions without any movement after which a teammate is taken to stay where it is, whatever it said."""
-STUCK = 25
-"""Decisions without coming any nearer to its station after which a vehicle lets it go."""
-LEAVING = 0.7
-"""Share of the quiet time before the end after which a teammate that leaves has not failed but is done."""
-LEAVING_EARLY = 20
-"""So many decisions before the end, too: vehicles do not begin to count at the same moment."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,8 +67,8 @@ class StationsParams:
     hold: int = 1
 
     def __post_init__(self) -> None:
-        if self.per_scale < 0 or self.far < 0 or self.heated_decisions < 0 or self.patience < 1 or self.refresh < 1:
-            raise ValueError("per_scale, far and heated_decisions must not be negative, patience and refresh not 0")
+        if self.per_scale < 0 or self.far < 0 or self.refresh < 1:
+            raise ValueError("per_scale and far must not be negative, refresh not 0")
         if not (self.heat >= 0.0 and self.view_cells > 0.0):
             raise ValueError("heat must not be negative, view_cells must be positive")
 
@@ -89,14 +82,11 @@ class Stations:
         self._coarse: GroundEstimate | None = None
         self._fine: GroundEstimate | None = None
         self._station: FloatArray | None = None
-        self._decisions = 0
-        self._stale = 0
-        self._quiet = 0
-        self._stuck = 0
+        self._settling = Settling(
+            SettlingParams(self._params.heated_decisions, self._params.patience, self._params.hold)
+        )
         self._refused: list[FloatArray] = []
-        self._rest: dict[int, tuple[Point, Point | None]] = {}
         self._known = -1
-        self._team: tuple[int, ...] = ()
         self._seen: tuple[list[Point], BoolArray] | None = None
 
     def tell(self, observation: Observation) -> None:
@@ -106,43 +96,10 @@ class Stations:
         estimate = self._estimate_for(situation)
         if self._station is None:
             self._station = np.array(situation.position_enu_m)
-        if self._stale < self._params.patience:
+        if self._settling.looks_on:
             self._revise(situation, estimate, self._station)
-        self._decisions += 1
+        self._settling.decisions += 1
         return self._way(situation, self._station)
-
-    @property
-    def _ends(self) -> bool:
-        """All have been quiet for nearly long enough: whoever moves now goes home, and nobody need replace it."""
-        return self._quiet >= LEAVING * (self._params.patience + self._params.hold)
-
-    @property
-    def _nearly_ends(self) -> bool:
-        """Somebody who counts from an earlier moment may be done by now."""
-        left = self._params.patience + self._params.hold - self._quiet
-        return self._ends or (self._quiet >= RESTING and left <= LEAVING_EARLY)
-
-    def _count_quiet(self, situation: Situation, station: FloatArray, near_m: float) -> None:
-        """Count decisions since anybody last moved or changed its mind, which all hear of at about the same time."""
-        places = {mate.index: (mate.position_enu_m, mate.goal_enu_m) for mate in situation.teammates}
-        places[situation.index] = (situation.position_enu_m, (station[0], station[1], station[2]))
-        was = self._rest.get(situation.index)
-        moved = was is None or math.dist(was[0], situation.position_enu_m) > near_m
-        self._stuck = 0 if moved else self._stuck + 1
-        same = all(
-            index in self._rest
-            and self._rest[index][1] == goal
-            and math.dist(self._rest[index][0], position) <= 2.0 * near_m
-            for index, (position, goal) in places.items()
-        )
-        if same or self._ends:
-            self._quiet += 1
-        else:
-            self._quiet, self._rest = 0, places
-
-    @property
-    def _cold(self) -> bool:
-        return self._decisions >= self._params.heated_decisions
 
     def _estimate_for(self, situation: Situation) -> GroundEstimate:
         """The estimate to compare places on: coarse while heated, the map's own cells after."""
@@ -150,26 +107,21 @@ class Stations:
         if self._coarse is None:
             block = max(1, round(situation.range_m / (params.view_cells * grid.cell_m)))
             self._coarse = GroundEstimate(grid, situation.area_cells, block)
-        team = tuple(mate.index for mate in situation.teammates)
-        if team != self._team:  # somebody died or joined: room to leave the present places again
-            if self._team and not self._nearly_ends:
-                self._decisions = min(self._decisions, params.heated_decisions // 2)
-                self._seen = None
-                self._stale = 0
-            self._team = team
+        if self._settling.meet(situation.teammates):
+            self._seen = None
         estimate = self._coarse
-        if self._cold:
+        if self._settling.is_cold:
             if self._fine is None:
                 self._fine = GroundEstimate(grid, situation.area_cells, 1)
                 self._known = -1
             estimate = self._fine
         elif self._fine is not None:
             self._fine, self._known = None, -1
-        if self._known < 0 or self._decisions % params.refresh == 0:
+        if self._known < 0 or self._settling.decisions % params.refresh == 0:
             known = int(situation.team_map.observed.sum())
             if known != self._known:
-                self._known, self._stale = known, 0
-                self._seen = None
+                self._known, self._seen = known, None
+                self._settling.look_again()
                 estimate.take(situation.team_map)
         return estimate
 
@@ -179,7 +131,7 @@ class Stations:
         wanted = estimate.weights * ~self._seen_by_teammates(situation, estimate)
         proposals = self._admissible(situation, estimate, self._proposals(situation, estimate, station, wanted))
         eyes = eyes_in_cells(estimate.grid, proposals)
-        cooled = self._decisions / max(1, params.heated_decisions)
+        cooled = self._settling.cooled
         bonuses = np.zeros(len(proposals))
         if cooled < 1.0:
             whole_view = math.pi * (situation.range_m / situation.team_map.grid.cell_m) ** 2
@@ -190,11 +142,10 @@ class Stations:
             estimate.elevation_m, eyes, estimate.grid.cell_m, situation.range_m, wanted, bonuses
         )
         if cooled >= 1.0 and gain < own_gain + 0.5:
-            self._stale += 1
-            return
-        if best != 0:
+            self._settling.found(better=False)
+        elif best != 0:
             self._station = proposals[best]
-            self._stale = 0
+            self._settling.found(better=True)
 
     def _seen_by_teammates(self, situation: Situation, estimate: GroundEstimate) -> BoolArray:
         """What the teammates' stations see: (columns, rows) bool of the estimate."""
@@ -206,15 +157,7 @@ class Stations:
         return self._seen[1]
 
     def _places(self, situation: Situation) -> list[Point]:
-        """Where each teammate will stay: its station, or where it rests if word of a new one was lost."""
-        rests = self._quiet >= RESTING
-        near_m = 2.0 * NEAR * situation.constraints.reach_m
-        return [
-            mate.position_enu_m
-            if mate.goal_enu_m is None or (rests and math.dist(mate.position_enu_m, mate.goal_enu_m) > near_m)
-            else mate.goal_enu_m
-            for mate in situation.teammates
-        ]
+        return self._settling.places(situation.teammates, NEAR * situation.constraints.reach_m)
 
     def _proposals(
         self, situation: Situation, estimate: GroundEstimate, station: FloatArray, wanted: FloatArray
@@ -222,11 +165,11 @@ class Stations:
         """The present station first, then places around it and places over ground that nobody would see: (M, 3)."""
         params, rng = self._params, self._rng
         stretch = np.array((1.0, 1.0, 0.5)) * situation.range_m
-        scales = params.local_scales[:-1] if self._cold else params.local_scales
+        scales = params.local_scales[:-1] if self._settling.is_cold else params.local_scales
         around = [rng.standard_normal((params.per_scale, 3)) * stretch * scale for scale in scales]
         choices = [station[None, :], *(station + offsets for offsets in around)]
         unseen = np.flatnonzero(wanted)
-        count = params.far // 3 if self._cold else params.far
+        count = params.far // 3 if self._settling.is_cold else params.far
         if count and len(unseen):
             far = np.empty((count, 3))
             middles = estimate.grid.centres_of(rng.choice(unseen, count))
@@ -265,16 +208,18 @@ class Stations:
         there = (float(station[0]), float(station[1]), float(station[2]))
         away_m = math.dist(here, there)
         near_m = NEAR * situation.constraints.reach_m
-        self._count_quiet(situation, station, near_m)
-        if self._cold and self._quiet >= self._params.patience + self._params.hold:
+        self._settling.count(situation.index, here, there, situation.teammates, near_m)
+        if self._settling.is_done:
             return Finished("covered: nobody knows a place from where the team would see more")
-        if away_m > near_m and self._stuck >= STUCK:
+        if away_m > near_m and self._settling.is_stuck:
             self._refused.append(station)
-            self._station, self._stuck, self._stale = np.array(here), 0, 0
+            self._station = np.array(here)
+            self._settling.arrive()
+            self._settling.look_again()
             return Wait("its station cannot be reached: looking for another from here")
         if away_m <= near_m:
-            self._stuck = 0
-            looking = not self._cold or self._stale < self._params.patience
+            self._settling.arrive()
+            looking = not self._settling.is_cold or self._settling.looks_on
             return Wait("on its station, looking for a better one" if looking else "on its station")
         end = leg_to_station(here, there, situation.constraints)
         if end is None:
