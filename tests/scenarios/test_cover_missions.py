@@ -31,6 +31,33 @@ def assert_safe(result: LockstepResult) -> None:
     assert all(result.finished)
 
 
+@pytest.mark.parametrize("seed", [5, 7])
+def test_a_team_that_works_over_its_homes_comes_down_without_meeting(seed: int) -> None:
+    team = [
+        {
+            "name": f"copter-{number}",
+            "start_enu_m": [100.0 + 25.0 * (number % 3), 100.0 + 25.0 * (number // 3)],
+            "speed_m_s": 12.0,
+            "sensor": {"kind": "range", "range_m": 100.0},
+            "min_above_terrain_m": 15.0,
+            "max_above_terrain_m": 70.0,
+        }
+        for number in range(5)
+    ]
+    result = missions.simulate(
+        hill_plan(
+            seed,
+            team=team,
+            area={"cell_m": 10.0, "rectangle_enu_m": [0.0, 0.0, 250.0, 250.0], "fence_margin_m": 5.0},
+            task={"kind": "cover", "step_m": 40.0, "hold_s": 5.0},
+            stop={"observed_fraction": 0.95, "time_limit_s": 120.0},
+            radio={"loss": 0.1, "delay_s": 0.1},
+        )
+    )
+    assert_safe(result)
+    assert result.min_separation_m >= 0.95 * result.plan.mission.safety.separation_m
+
+
 @pytest.mark.parametrize("seed", [1, 2])
 def test_a_team_finds_places_as_good_as_an_informed_optimisers_and_ends_together(seed: int) -> None:
     result = fly(seed)

@@ -19,6 +19,7 @@ def status(
     stage: Stage = Stage.WORKING,
     armed: bool = True,
     mode: str = "guided",
+    leg_end_cm: tuple[int, int, int] = (20_000, 0, 6_000),
 ) -> Status:
     return Status(
         sender=sender,
@@ -32,7 +33,7 @@ def status(
         velocity_cm_s=(0, 0, 0),
         heading_deg=0,
         battery_permille=900,
-        leg_end_cm=(20_000, 0, 6_000),
+        leg_end_cm=leg_end_cm,
         home_cm=(0, 0, 500),
         known_permille=0,
         first_seen_cells=0,
@@ -148,3 +149,30 @@ def test_a_failsafes_way_home_is_kept_clear_while_its_agent_talks(picture: TeamP
     ends = [leg.end_enu_m for leg in picture.reservations(1.0)]
     assert (0.0, 0.0, 90.0) in ends
     assert (0.0, 0.0, 5.0) in ends
+
+
+def test_who_rests_disarmed_is_in_nobodys_way(picture: TeamPicture) -> None:
+    picture.hear_status(status(stage=Stage.DONE, armed=False), 0.0)
+    assert picture.reservations(1.0) == ()
+
+
+@pytest.mark.parametrize("stage", [Stage.TAKING_OFF, Stage.LANDING])
+def test_who_cannot_stop_has_the_way_over_all(picture: TeamPicture, stage: Stage) -> None:
+    picture.hear_status(status(stage=stage), 0.0)
+    (leg,) = picture.reservations(1.0)
+    assert leg.precedes(0)
+    assert picture.passages(1.0) == (leg,)
+
+
+def test_a_way_home_goes_on_from_over_home_to_the_ground(picture: TeamPicture) -> None:
+    picture.hear_status(status(stage=Stage.RETURNING), 0.0)
+    assert picture.reservations(1.0) == (Reservation((100.0, 0.0, 60.0), (200.0, 0.0, 60.0), 1),)
+    assert picture.passages(1.0) == (Reservation((0.0, 0.0, 60.0), (0.0, 0.0, 5.0), 1),)
+    picture.hear_status(status(sequence=1, stage=Stage.RETURNING, leg_end_cm=(300, 0, 6_000)), 1.0)
+    assert Reservation((3.0, 0.0, 60.0), (0.0, 0.0, 5.0), 1) in picture.reservations(1.0)
+
+
+def test_nobody_who_works_rests_over_one_who_sets_out_but_others_may_pass(picture: TeamPicture) -> None:
+    picture.hear_status(status(stage=Stage.ARMING), 0.0)
+    assert picture.reservations(1.0) == (Reservation((100.0, 0.0, 60.0), (100.0, 0.0, 60.0), 1),)
+    assert picture.passages(1.0) == (Reservation((100.0, 0.0, 60.0), (200.0, 0.0, 60.0), 1),)

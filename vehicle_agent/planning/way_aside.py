@@ -13,10 +13,10 @@ from vehicle_agent.domain.segments import segment_distance_m
 from vehicle_agent.planning.constraints import Constraints, Reservation
 
 DIRECTIONS = 16
-AWAY = (0.6, 1.1, 1.6, 2.2)
+AWAY = (0.6, 1.1, 1.6, 2.2, 4.0)
 """Horizontal distances that are tried, in separations."""
 LIFTS = (0.0, 0.25, 0.5, 1.0)
-"""Climbs that are tried where the ground rises, as shares of the height band."""
+"""Climbs that are tried, as shares of the height band."""
 LEAST_GAIN_M = 1.0
 """A leg that leads no further out is not worth flying."""
 
@@ -43,10 +43,12 @@ def _room_m(place: FloatArray, passages: Sequence[Reservation]) -> float:
 
 
 def _places_around(here_enu_m: Point, constraints: Constraints) -> FloatArray:
-    """Level and higher places in all directions: (M, 3) float64."""
+    """Level and higher places in all directions, moved into the height band: (M, 3) float64."""
     angles = np.arange(DIRECTIONS) * (2.0 * math.pi / DIRECTIONS)
     away_m = np.minimum(np.array(AWAY) * constraints.separation_m, constraints.reach_m)
     lifts_m = np.array(LIFTS) * (constraints.max_above_m - constraints.min_above_m)
     angle, away, lift = (axis.ravel() for axis in np.meshgrid(angles, away_m, lifts_m, indexing="ij"))
     ends: FloatArray = np.column_stack((away * np.cos(angle), away * np.sin(angle), lift)) + as_array(here_enu_m)
-    return ends
+    ground_m = constraints.grounds_m(ends)
+    ends[:, 2] = ends[:, 2].clip(ground_m + constraints.min_above_m, ground_m + constraints.max_above_m)
+    return ends[~np.isnan(ground_m)]
