@@ -92,7 +92,7 @@ def measure(case: Case) -> tuple[Case, Outcome]:
         setup = Setup(capacity=ROBUST_CAPACITY)
         trouble = Trouble(ROBUST_LOSS, dead_vehicle=case.vehicles - 1, dead_at=setup.steps // 2)
         method = METHODS[1]
-    team = Team(world, setup, case.vehicles, exchange_params(setup, world), trouble, _rng(case, 0))
+    team = Team(world, setup, case.vehicles, exchange_params(setup, world, method), trouble, _rng(case, 0))
     mover = make_mover(method, case.vehicles, len(world.layout), setup, _rng(case, 1))
     run = run_team(team, mover, setup.steps)
     _export(case, run)

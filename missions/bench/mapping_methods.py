@@ -41,9 +41,10 @@ def make_mover(method: str, vehicles: int, landmarks: int, setup: Setup, rng: np
     return OsarsesServer(objective, Osarses(TRIALS.get(method, ABLATION_TRIALS), setup.reach_m, rng))
 
 
-def exchange_params(setup: Setup, world: World) -> ExchangeParams:
-    """Section 3.4 for a setup: near duplicates are those nearer than half a spacing."""
-    return ExchangeParams(setup.capacity, setup.reach_m, 0.5 * world.layout.spacing_m)
+def exchange_params(setup: Setup, world: World, method: str) -> ExchangeParams:
+    """Section 3.4 for a setup: near duplicates are those nearer than half a spacing; the default chooses by itself."""
+    near_m = 0.5 * world.layout.spacing_m
+    return ExchangeParams(setup.capacity, setup.reach_m, near_m, keeps_backlog=method == DEFAULT, tellings=1)
 
 
 class _Server:
@@ -140,7 +141,7 @@ class Fleet:
         for index in np.flatnonzero(team.present).tolist():
             heard = tuple(
                 Teammate(other, point(team.positions[other]), self._goals[other])
-                for other in np.flatnonzero(team.in_radio(index)).tolist()
+                for other in np.flatnonzero(team.heard[index]).tolist()
             )
             situation = MappingSituation(
                 index, point(team.positions[index]), team.maps[index], team.setup.sensor, self._band,

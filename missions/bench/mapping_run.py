@@ -82,6 +82,7 @@ class Team:
         self.present: BoolArray = np.ones(vehicles, dtype=np.bool_)
         self.accurate: BoolArray = np.zeros(len(world.layout), dtype=np.bool_)
         self.ever_seen: BoolArray = np.zeros(len(world.layout), dtype=np.bool_)
+        self.heard: BoolArray = np.zeros((vehicles, vehicles), dtype=np.bool_)
         self.visible: list[IndexArray] = [np.empty(0, np.int64)] * vehicles
         self.sealed_by: IndexArray = np.zeros(vehicles, dtype=np.int64)
         self.sealed_now = 0
@@ -159,11 +160,10 @@ class Team:
             packets[index] = self._exchanges[index].packet(point(self.positions[index]), others)
             self.bytes_sent += len(self._codec.encode(self._message(index, packets[index])))
         for index in packets:
-            heard = [
-                packets[other]
-                for other in np.flatnonzero(self.in_radio(index)).tolist()
-                if self._trouble.loss == 0.0 or self._rng.random() >= self._trouble.loss
-            ]
+            self.heard[index] = self.in_radio(index)
+            if self._trouble.loss > 0.0:
+                self.heard[index] &= self._rng.random(self.vehicles) >= self._trouble.loss
+            heard = [packets[other] for other in np.flatnonzero(self.heard[index]).tolist()]
             taken = self._exchanges[index].sieve(heard, point(self.positions[index]))
             self.accurate[self.maps[index].merge(taken).sealed] = True
 

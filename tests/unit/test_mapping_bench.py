@@ -17,7 +17,7 @@ SETUP = Setup(steps=12)
 
 def run(world: World, method: str, vehicles: int, trouble: Trouble | None = None, seed: int = 5) -> MappingRun:
     sensing, dice = (np.random.default_rng([seed, purpose]) for purpose in (0, 1))
-    team = Team(world, SETUP, vehicles, exchange_params(SETUP, world), trouble or Trouble(), sensing)
+    team = Team(world, SETUP, vehicles, exchange_params(SETUP, world, method), trouble or Trouble(), sensing)
     return run_team(team, make_mover(method, vehicles, len(world.layout), SETUP, dice), SETUP.steps)
 
 
@@ -53,7 +53,7 @@ def test_the_same_seed_gives_the_same_run() -> None:
 
 def test_a_vehicle_that_starts_alone_may_move() -> None:
     world = make_world("ridge", few=True)
-    team = Team(world, SETUP, 2, exchange_params(SETUP, world), Trouble(), np.random.default_rng(1))
+    team = Team(world, SETUP, 2, exchange_params(SETUP, world, "default"), Trouble(), np.random.default_rng(1))
     team.positions[1] = (0.9, 0.9, 0.9)
     result = run_team(team, make_mover("default", 2, len(world.layout), SETUP, np.random.default_rng(2)), SETUP.steps)
     assert np.all(np.any(result.positions[-1] != result.positions[0], axis=1))

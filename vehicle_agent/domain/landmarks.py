@@ -257,6 +257,11 @@ class LandmarkMap:
         share: FloatArray = (self.params.accurate_sd_m / self.sd_m) ** 2
         return share
 
+    @property
+    def own_information(self) -> FloatArray:
+        """(N,) float64, the part of `information` that this vehicle measured itself."""
+        return self._own_information
+
     def observe(self, landmarks: IndexArray, heights_m: FloatArray, sds_m: FloatArray) -> IndexArray:
         """Fold this vehicle's own measurements in; those of landmarks that are not open change nothing.
 
@@ -312,6 +317,21 @@ class LandmarkMap:
         np.maximum.at(self._contributed, (owners[told], ids[told]), words[told])
         self._adopt(np.unique(ids[told & (owners == self.own_index)]))
         return Merged(changed, self._refresh(changed), dropped)
+
+    def gain_of(self, records: LandmarkRecords) -> FloatArray:
+        """What each record would add: (N,) float64, information as in `information`, at most 1, and 1 more for a seal.
+
+        Nothing (0) where the landmark is accurate already, and for records of landmarks or contributors unknown.
+        """
+        gain = np.zeros(len(records))
+        rows = np.flatnonzero(self._is_known(records) & self._is_of_team(records))
+        rows = rows[~self.accurate[records.landmarks[rows]]]
+        ids, owners = records.landmarks[rows], records.contributors[rows]
+        sealing = owners == SEAL
+        before = _information_of(self._contributed[np.where(sealing, 0, owners), ids])
+        more = (records.information[rows] - before) / ACCURATE
+        gain[rows] = np.where(sealing, 2.0 - np.minimum(self.information[ids], 1.0), np.clip(more, 0.0, 1.0))
+        return gain
 
     def records(self, landmarks: IndexArray | None = None) -> LandmarkRecords:
         """Everything known, of all landmarks or of some: what a repair sends. Seals come first."""

@@ -12,9 +12,6 @@ from vehicle_agent.domain.frames import FloatArray, Point
 from vehicle_agent.domain.grid import IndexArray
 from vehicle_agent.domain.landmarks import LandmarkMap, LandmarkRecords
 
-TELLINGS = 2
-"""How often news is told where it is kept."""
-
 
 @dataclass(frozen=True, slots=True)
 class ExchangeParams:
@@ -29,14 +26,18 @@ class ExchangeParams:
     near_m
         Of landmarks nearer to each other than this only one is told.
     keeps_backlog
-        Whether news, that is newly accurate landmarks, comes before all else and is told until it has gone out
-        `TELLINGS` times, which goes beyond the paper: so it finds room later, and survives the loss of a packet.
+        Goes beyond the paper, for links that carry little. News, that is newly accurate landmarks, waits for room and
+        comes before all else; then comes that of which most is measured that was not told. A receiver takes what adds
+        most to its map.
+    tellings
+        How often news is told where it is kept: more than once survives the loss of a packet, and takes others' room.
     """
 
     capacity: int = 10
     travel_m: float = math.inf
     near_m: float = 0.0
     keeps_backlog: bool = False
+    tellings: int = 2
 
     def __post_init__(self) -> None:
         if self.capacity < 1:
@@ -45,6 +46,8 @@ class ExchangeParams:
             raise ValueError("travel_m must not be negative")
         if not self.near_m >= 0:
             raise ValueError("near_m must not be negative")
+        if self.tellings < 1:
+            raise ValueError("tellings must be at least 1")
 
 
 class LandmarkExchange:
@@ -59,6 +62,7 @@ class LandmarkExchange:
         self._news: IndexArray = np.empty(0, np.int64)
         self._visible: IndexArray = np.empty(0, np.int64)
         self._told: dict[int, int] = {}
+        self._told_information: FloatArray = np.zeros(len(landmarks.layout))
 
     def sensed(self, visible: IndexArray, sealed: IndexArray) -> None:
         """Take note of a step's landmarks: ids now visible (V of definition 1), and those newly accurate by them."""
@@ -90,9 +94,7 @@ class LandmarkExchange:
         if self.params.keeps_backlog:
             chosen = self._filled(self._news, towards)
             self._count(chosen)
-            if len(chosen) < self.params.capacity:
-                rest = self._filled(inaccurate, towards)[: self.params.capacity - len(chosen)]
-                chosen = np.concatenate((chosen, rest))
+            chosen = np.concatenate((chosen, self._untold(self.params.capacity - len(chosen))))
         else:
             chosen = self._filled(candidates, towards)
         return LandmarkRecords.joined(
@@ -102,6 +104,8 @@ class LandmarkExchange:
     def sieve(self, packets: Sequence[LandmarkRecords], position_enu_m: Point) -> LandmarkRecords:
         """What to take in of several teammates' packets: the nearest to this vehicle, up to its capacity."""
         told = LandmarkRecords.joined(LandmarkRecords.empty(), *packets)
+        if self.params.keeps_backlog:
+            return self._most_telling(told)
         known = (told.landmarks >= 0) & (told.landmarks < len(self._map.layout))
         ids, inverse = np.unique(told.landmarks[known], return_inverse=True)
         if len(ids) == 0:
@@ -111,11 +115,32 @@ class LandmarkExchange:
         taken[known] = np.isin(ids, chosen)[inverse]
         return told[taken]
 
+    def _most_telling(self, told: LandmarkRecords) -> LandmarkRecords:
+        """Records of those landmarks of which they add most, as many as there is room for; the rest tells nothing."""
+        gains = self._map.gain_of(told)
+        known = (told.landmarks >= 0) & (told.landmarks < len(self._map.layout))
+        ids, inverse = np.unique(told.landmarks[known], return_inverse=True)
+        total = np.zeros(len(ids))
+        np.add.at(total, inverse, gains[known])
+        chosen = ids[np.argsort(-total, kind="stable")[: self.params.capacity]]
+        taken = ~known
+        taken[known] = np.isin(ids, chosen)[inverse] & (gains[known] > 0.0)
+        return told[taken]
+
+    def _untold(self, room: int) -> IndexArray:
+        """Inaccurate landmarks of which this vehicle has measured most that it has not told, as many as have room."""
+        untold = np.where(self._map.accurate, 0.0, self._map.own_information - self._told_information)
+        chosen = np.argsort(-untold, kind="stable")[:room]
+        chosen = chosen[untold[chosen] > 0.0]
+        self._told_information[chosen] = self._map.own_information[chosen]
+        return chosen
+
     def _count(self, told: IndexArray) -> None:
         """News that was told often enough is no news any more."""
         for landmark in told.tolist():
             self._told[landmark] = self._told.get(landmark, 0) + 1
-        self._news = np.array([one for one in self._news.tolist() if self._told.get(one, 0) < TELLINGS], dtype=np.int64)
+        waiting = [one for one in self._news.tolist() if self._told.get(one, 0) < self.params.tellings]
+        self._news = np.array(waiting, dtype=np.int64)
 
     def _reachable(self, others: FloatArray) -> FloatArray:
         """Teammates that could see next step what this vehicle sees now: its reachable exploration area."""
