@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import replace
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -36,7 +36,7 @@ from vehicle_agent.ports import (
     VehicleState,
 )
 from vehicle_agent.wire.codec import Codec
-from vehicle_agent.wire.messages import AnyMessage, Event, Stage, Status
+from vehicle_agent.wire.messages import AnyMessage, Command, Event, Stage, Status, Verb
 
 EPOCH_S = 1_767_225_600.0
 CLIMB_M_S = 5.0
@@ -204,3 +204,19 @@ class AgentBench:
             self.set(landed=Landed.IN_AIR)
         if self.state.mode is FlightMode.LAND and part >= 1.0:
             self.set(landed=Landed.ON_GROUND, armed=False)
+
+
+def command(
+    verb: Verb, number: int = 1, target: str = "copter-0", stamp_ms: int | None = None, **payload: Any
+) -> Command:
+    """A station's order; no bench has run long enough to find it old."""
+    return Command(
+        sender="station-1",
+        boot_id=3,
+        sequence=number,
+        stamp_ms=round((EPOCH_S + 1e4) * 1000) if stamp_ms is None else stamp_ms,
+        command_id=number,
+        verb=verb,
+        targets=(target,),
+        **payload,
+    )

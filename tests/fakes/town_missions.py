@@ -46,5 +46,9 @@ def town_content(vehicles: int = 2, **changes: Any) -> dict[str, Any]:
     return content
 
 
+def town_mission(vehicles: int = 2, **changes: Any) -> Mission:
+    return msgspec.convert(town_content(vehicles, **changes), Mission)
+
+
 def town_plan(vehicles: int = 2, **changes: Any) -> MissionPlan:
-    return plan_mission(msgspec.convert(town_content(vehicles, **changes), Mission))
+    return plan_mission(town_mission(vehicles, **changes))

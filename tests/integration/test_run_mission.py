@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import signal
 import subprocess
-import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -20,53 +19,26 @@ from ground_station.player import Player
 from ground_station.recording import Recording, RecordingWriter
 from ground_station.station import Station
 from missions.summary import Summary
+from tests.fakes.flown_runs import REPOSITORY, run_command, write_mission
+from tests.fakes.hill_missions import copters, hill_mission
 from tests.fakes.pictures import same_picture
 from vehicle_agent.mission.load import MissionPlan, load_mission
 from vehicle_agent.wire.messages import Stage
 
 pytestmark = [pytest.mark.processes, pytest.mark.timeout(400)]
 
-REPOSITORY = Path(__file__).parents[2]
 RUN_DEADLINE_S = 240.0
 LOST_WITHIN_S = 4.0
 PICTURE_WITHIN_S = 5.0
-VEHICLE = """
-[[vehicles]]
-name = "{name}"
-start_enu_m = {start}
-speed_m_s = 12.0
-sensor = {{ kind = "range", range_m = 110.0 }}
-min_above_terrain_m = 30.0
-max_above_terrain_m = 90.0
-"""
-MISSION = """
-format = 1
-name = "meadow"
-seed = 3
-[datum]
-latitude_deg = 47.0
-longitude_deg = 8.0
-altitude_amsl_m = 400.0
-[area]
-cell_m = 20.0
-rectangle_enu_m = [0.0, 0.0, 700.0, 700.0]
-fence_margin_m = 5.0
-[terrain]
-kind = "gaussians"
-peaks = 4
-height_m = [10.0, 50.0]
-sigma_m = 90.0
-[task]
-kind = "explore"
-step_m = 80.0
-[simulation]
-speedup = 10.0
-ready_after_s = 5.0
-[stop]
-time_limit_s = 900.0
-""" + "".join(
-    VEHICLE.format(name=name, start=start)
-    for name, start in (("ada", [60.0, 60.0]), ("bea", [100.0, 60.0]), ("cleo", [60.0, 100.0]))
+NAMES = ("ada", "bea", "cleo")
+MISSION = hill_mission(
+    seed=3,
+    team=copters([(60.0, 60.0), (100.0, 60.0), (60.0, 100.0)], NAMES, range_m=110.0),
+    area={"cell_m": 20.0, "rectangle_enu_m": [0.0, 0.0, 700.0, 700.0], "fence_margin_m": 5.0},
+    terrain={"kind": "gaussians", "peaks": 4, "height_m": [10.0, 50.0], "sigma_m": 90.0},
+    task={"kind": "explore", "step_m": 80.0},
+    simulation={"speedup": 10.0, "ready_after_s": 5.0},
+    stop={"time_limit_s": 900.0},
 )
 
 
@@ -74,14 +46,11 @@ class FlownMission:
     """One `missions run` in its own process, and a station of the test's own that watches it."""
 
     def __init__(self, folder: Path, port_base: int) -> None:
-        mission = folder / "meadow.toml"
-        mission.write_text(MISSION)
         self.runs_dir = folder / "runs"
         self.output = folder / "output.txt"
         with self.output.open("wb") as output:
             self.process = subprocess.Popen(
-                [sys.executable, "-m", "missions.cli", "run", str(mission), "--port-base", str(port_base),
-                 "--runs-dir", str(self.runs_dir)],
+                run_command(write_mission(MISSION, folder), self.runs_dir, port_base),
                 cwd=REPOSITORY, stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT,
             )  # fmt: skip
         self.until(lambda: bool(list(self.runs_dir.glob("*/mission.toml"))), 30.0)
@@ -194,7 +163,7 @@ def test_a_mission_ends_by_itself_though_its_ground_station_is_killed(flown, wat
     assert summary.min_separation_m is not None
     assert summary.min_separation_m >= 5.0
     assert (summary.fence_breaches, summary.crashes) == (0, 0)
-    for name in ("ada", "bea", "cleo"):
+    for name in NAMES:
         log = mavutil.mavlink_connection(str(flown.folder / f"{name}.tlog"))
         assert log.recv_match(type="COMMAND_ACK") is not None
         log.close()

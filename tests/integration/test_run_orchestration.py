@@ -14,37 +14,21 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from missions.flown import Changes, to_toml
+from missions.flown import Changes
 from missions.summary import Summary
-from vehicle_agent.mission.load import load_mission
+from tests.fakes.flown_runs import REPOSITORY, write_mission
+from tests.fakes.hill_missions import copters, hill_mission
 
 pytestmark = pytest.mark.processes
 
-REPOSITORY = Path(__file__).parents[2]
 PROGRAM = REPOSITORY / "tests" / "fakes" / "stand_in_fleet.py"
 DEADLINE_S = 60.0
-MISSION = """
-format = 1
-name = "stand-in"
-datum = { latitude_deg = 47.0, longitude_deg = 8.0 }
-area = { cell_m = 20.0, rectangle_enu_m = [0.0, 0.0, 400.0, 400.0] }
-terrain = { kind = "flat" }
-task = { kind = "explore" }
-[[vehicles]]
-name = "one"
-start_enu_m = [50.0, 50.0]
-speed_m_s = 10.0
-sensor = { kind = "range", range_m = 120.0 }
-min_above_terrain_m = 30.0
-max_above_terrain_m = 100.0
-[[vehicles]]
-name = "two"
-start_enu_m = [90.0, 50.0]
-speed_m_s = 10.0
-sensor = { kind = "range", range_m = 120.0 }
-min_above_terrain_m = 30.0
-max_above_terrain_m = 100.0
-"""
+MISSION = hill_mission(
+    name="stand-in",
+    team=copters([(50.0, 50.0), (90.0, 50.0)], ("one", "two")),
+    area={"cell_m": 20.0, "rectangle_enu_m": [0.0, 0.0, 400.0, 400.0]},
+    terrain={"kind": "flat"},
+)
 
 
 class Run:
@@ -116,10 +100,7 @@ def until(condition: Callable[[], bool]) -> None:
 
 @pytest.fixture
 def fly(tmp_path: Path, free_port_base: int) -> Iterator[Callable[..., Run]]:
-    mission = tmp_path / "stand-in.toml"
-    mission.write_text(MISSION)
-    plan = load_mission(mission, Changes(port_base=free_port_base).apply)
-    mission.write_text(to_toml(msgspec.to_builtins(plan.mission)))
+    mission = write_mission(Changes(port_base=free_port_base).apply(MISSION), tmp_path)
     runs: list[Run] = []
 
     def start(**faults: str) -> Run:

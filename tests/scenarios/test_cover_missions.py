@@ -11,7 +11,7 @@ import missions
 from missions.bench.coverage_run import CoverageTeam
 from missions.bench.informed import AscentParams, informed_optimum
 from missions.lockstep import LockstepResult
-from tests.fakes.hill_missions import hill_plan
+from tests.fakes.hill_missions import copters, hill_plan
 from vehicle_agent.behaviour.outfit import first_place
 
 STOP = {"observed_fraction": 0.95, "time_limit_s": 900.0}
@@ -33,17 +33,8 @@ def assert_safe(result: LockstepResult) -> None:
 
 @pytest.mark.parametrize("seed", [5, 7])
 def test_a_team_that_works_over_its_homes_comes_down_without_meeting(seed: int) -> None:
-    team = [
-        {
-            "name": f"copter-{number}",
-            "start_enu_m": [100.0 + 25.0 * (number % 3), 100.0 + 25.0 * (number // 3)],
-            "speed_m_s": 12.0,
-            "sensor": {"kind": "range", "range_m": 100.0},
-            "min_above_terrain_m": 15.0,
-            "max_above_terrain_m": 70.0,
-        }
-        for number in range(5)
-    ]
+    homes = [(100.0 + 25.0 * (number % 3), 100.0 + 25.0 * (number // 3)) for number in range(5)]
+    team = copters(homes, range_m=100.0, min_above_terrain_m=15.0, max_above_terrain_m=70.0)
     result = missions.simulate(
         hill_plan(
             seed,

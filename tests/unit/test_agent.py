@@ -7,8 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from tests.fakes.agent_bench import EPOCH_S, AgentBench
+from tests.fakes.agent_bench import EPOCH_S, AgentBench, command
 from tests.fakes.sim_missions import GROUND_M, sim_plan
+from tests.fakes.talking_fleet import Voice
 from vehicle_agent.behaviour.authority import YIELD_AFTER_S
 from vehicle_agent.behaviour.map_exchange import encode_record
 from vehicle_agent.domain.elevation import CellObservations
@@ -25,7 +26,6 @@ from vehicle_agent.ports import (
 )
 from vehicle_agent.wire.messages import (
     Claim,
-    Command,
     CommandResult,
     Digest,
     Event,
@@ -39,18 +39,6 @@ from vehicle_agent.wire.messages import (
 )
 
 FLYING = (150.0, 200.0, 90.0)
-
-
-def command(verb: Verb, number: int = 1, target: str = "copter-0", stamp_ms: int | None = None) -> Command:
-    return Command(
-        sender="station-1",
-        boot_id=3,
-        sequence=number,
-        stamp_ms=round((EPOCH_S + 1e4) * 1000) if stamp_ms is None else stamp_ms,
-        command_id=number,
-        verb=verb,
-        targets=(target,),
-    )
 
 
 def working(bench: AgentBench | None = None) -> AgentBench:
@@ -498,36 +486,13 @@ def test_a_restart_under_a_failsafe_or_a_pilot_leaves_it_to_them(mode: FlightMod
     assert bench.agent.stage is Stage.WORKING
 
 
-def teammate_status(sequence: int = 0, **changes: object) -> Status:
-    fields: dict[str, object] = {
-        "sender": "copter-1",
-        "boot_id": 9,
-        "sequence": sequence,
-        "stamp_ms": 0,
-        "stage": Stage.WORKING,
-        "mode": "guided",
-        "armed": True,
-        "position_cm": (90_000, 90_000, 9_000),
-        "velocity_cm_s": (0, 0, 0),
-        "heading_deg": 0,
-        "battery_permille": 900,
-        "leg_end_cm": (90_000, 90_000, 9_000),
-        "home_cm": (24_000, 20_000, 5_000),
-        "known_permille": 0,
-        "first_seen_cells": 0,
-        "bytes_sent": 0,
-        "messages_dropped": 0,
-        "why": "",
-    }
-    return Status(**(fields | changes))  # type: ignore[arg-type]
-
-
 def test_a_silent_teammate_is_told_once_and_greeted_when_it_is_back() -> None:
     bench = working()
-    bench.hear(teammate_status())
+    teammate = Voice("copter-1")
+    bench.hear(teammate.status())
     bench.run(40.0)
     assert bench.codes().count("teammate-lost") == 1
-    bench.hear(teammate_status(1))
+    bench.hear(teammate.status())
     bench.tick()
     assert bench.codes().count("teammate-back") == 1
 

@@ -8,75 +8,41 @@ from typing import Any
 
 import pytest
 
-from tests.fakes.agent_bench import EPOCH_S, AgentBench
+from tests.fakes.agent_bench import AgentBench, command
 from tests.fakes.bench_team import BenchTeam
+from tests.fakes.hill_missions import copters
 from tests.fakes.sim_missions import GROUND_M, sim_plan
+from tests.fakes.talking_fleet import Voice
+from vehicle_agent.behaviour.units import to_centimetres
 from vehicle_agent.mission.load import MissionPlan
 from vehicle_agent.ports import Arm, FlightMode, Land, Landed
-from vehicle_agent.wire.messages import Command, Event, Stage, Status, Verb
+from vehicle_agent.wire.messages import Event, Stage, Status, Verb
 
 SEPARATION_M = 20.0
 HOME = (200.0, 200.0)
+NAMES = ("ada", "bob", "cyd")
 
 
 def team_plan(*starts: tuple[float, float], **changes: Any) -> MissionPlan:
-    team = [
-        {
-            "name": name,
-            "start_enu_m": list(start),
-            "speed_m_s": 15.0,
-            "sensor": {"kind": "range", "range_m": 200.0},
-            "min_above_terrain_m": 30.0,
-            "max_above_terrain_m": 150.0,
-        }
-        for name, start in zip(("ada", "bob", "cyd"), starts, strict=False)
-    ]
+    team = copters(starts, NAMES, range_m=200.0, speed_m_s=15.0, max_above_terrain_m=150.0)
     return sim_plan(team=team, safety={"separation_m": SEPARATION_M}, **changes)
 
 
-def command(verb: Verb, target: str, number: int = 1, point: tuple[float, float] = (0.0, 0.0)) -> Command:
-    return Command(
-        sender="station-1",
-        boot_id=3,
-        sequence=number,
-        stamp_ms=round((EPOCH_S + 1e4) * 1000),
-        command_id=number,
-        verb=verb,
-        targets=(target,),
-        point_cm=(round(100 * point[0]), round(100 * point[1]), 0),
-    )
+def send_to(bench: AgentBench, number: int, east_m: float, north_m: float) -> None:
+    point_cm = to_centimetres((east_m, north_m, 0.0))
+    bench.hear(command(Verb.GO_TO, number, bench.agent.name, point_cm=point_cm))
 
 
-class Bob:
-    """The words of a teammate whose home is at (260, 200)."""
+class Bob(Voice):
+    """A teammate whose home is at (260, 200)."""
 
     def __init__(self) -> None:
-        self._sequence = 0
+        super().__init__("bob")
 
     def at(self, place: tuple[float, float, float], **changes: Any) -> Status:
-        self._sequence += 1
-        here = tuple(round(100 * p) for p in place)
-        fields: dict[str, Any] = {
-            "sender": "bob",
-            "boot_id": 9,
-            "sequence": self._sequence,
-            "stamp_ms": 0,
-            "stage": Stage.WORKING,
-            "mode": "guided",
-            "armed": True,
-            "position_cm": here,
-            "velocity_cm_s": (0, 0, 0),
-            "heading_deg": 0,
-            "battery_permille": 900,
-            "leg_end_cm": here,
-            "home_cm": (26_000, 20_000, round(100 * GROUND_M)),
-            "known_permille": 0,
-            "first_seen_cells": 0,
-            "bytes_sent": 0,
-            "messages_dropped": 0,
-            "why": "",
-        }
-        return Status(**(fields | changes))
+        here = to_centimetres(place)
+        home = (26_000, 20_000, round(100 * GROUND_M))
+        return self.status(**({"position_cm": here, "leg_end_cm": here, "home_cm": home} | changes))
 
 
 def hover(bench: AgentBench, seconds: float, tell: Callable[[], Status]) -> None:
@@ -91,7 +57,7 @@ def over_home() -> tuple[AgentBench, Bob, tuple[float, float, float]]:
     bench, bob = AgentBench(team_plan(HOME, (260.0, 200.0))), Bob()
     below = (HOME[0] + 3.0, HOME[1], GROUND_M + 12.0)
     bench.run_until(Stage.WORKING)
-    bench.hear(command(Verb.RETURN, "ada"), bob.at(below))
+    bench.hear(command(Verb.RETURN, target="ada"), bob.at(below))
     hover(bench, 30.0, lambda: bob.at(below))
     return bench, bob, below
 
@@ -132,7 +98,7 @@ def test_homes_nearer_than_the_separation_keep_nobody_from_landing(parked: dict[
     home_cm = (20_600, 20_000, round(100 * GROUND_M))
     fields = parked | {"home_cm": home_cm, "leg_end_cm": home_cm}
     bench.run_until(Stage.WORKING)
-    bench.hear(command(Verb.RETURN, "ada"))
+    bench.hear(command(Verb.RETURN, target="ada"))
     hover(bench, 60.0, lambda: bob.at((206.0, 200.0, GROUND_M + (2.0 if parked["armed"] else 0.0)), **fields))
     assert bench.agent.stage is Stage.DONE
 
@@ -155,17 +121,17 @@ def test_nobody_arms_below_a_teammate() -> None:
 def test_who_rests_over_a_home_makes_way_for_its_owner(verb: Verb, stage: Stage) -> None:
     bench, bob = AgentBench(team_plan(HOME, (260.0, 200.0), task={"kind": "cover"})), Bob()
     bench.run_until(Stage.WORKING)
-    bench.hear(command(Verb.GO_TO, "ada", 1, (262.0, 203.0)))
+    send_to(bench, 1, 262.0, 203.0)
     bench.run_until(Stage.HOLDING)
     bench.run(5.0)
-    bench.hear(command(verb, "ada", 2))
+    bench.hear(command(verb, 2, "ada"))
     bench.tick()
-    returning = bob.at((310.0, 200.0, GROUND_M + 45.0), stage=stage)
-    arming = bob.at((260.0, 200.0, GROUND_M), stage=stage, armed=False, leg_end_cm=(26_000, 20_000, 8_300))
-    told = returning if stage is Stage.RETURNING else arming
-    for number in range(60):
-        bench.hear(Status(**{f: getattr(told, f) for f in told.__struct_fields__} | {"sequence": 100 + number}))
-        bench.tick()
+    if stage is Stage.RETURNING:
+        hover(bench, 30.0, lambda: bob.at((310.0, 200.0, GROUND_M + 45.0), stage=stage))
+    else:
+        above = (26_000, 20_000, 8_300)
+        place = (260.0, 200.0, GROUND_M)
+        hover(bench, 30.0, lambda: bob.at(place, stage=stage, armed=False, leg_end_cm=above))
     east_m, north_m, _ = bench.state.position_enu_m
     assert math.hypot(east_m - 260.0, north_m - 200.0) >= SEPARATION_M
     if verb is Verb.HOLD:
@@ -180,7 +146,7 @@ def hold_over_home_of(team: BenchTeam, holder: int, owner: int, height_m: float)
     """Bring a vehicle to rest over a teammate's home, low enough to be in the way."""
     home = team.benches[owner].plan.mission.vehicles[owner].start_enu_m
     bench = team.benches[holder]
-    bench.hear(command(Verb.GO_TO, bench.agent.name, 10 + holder, (home[0], home[1])))
+    send_to(bench, 10 + holder, home[0], home[1])
     team.run_until(lambda: bench.agent.stage is Stage.HOLDING)
     bench._target = (home[0] + 2.0, home[1], GROUND_M + height_m)
     bench.set(mode=FlightMode.GUIDED)
@@ -195,10 +161,10 @@ def all_down(team: BenchTeam) -> bool:
 def test_a_team_keeps_apart_when_one_holds_over_the_home_of_one_who_returns(height_m: float) -> None:
     team = BenchTeam(team_plan((200.0, 200.0), (260.0, 200.0)))
     team.run_until(lambda: all(bench.agent.stage is Stage.WORKING for bench in team.benches))
-    team.benches[0].hear(command(Verb.GO_TO, "ada", 1, (500.0, 500.0)))
+    send_to(team.benches[0], 1, 500.0, 500.0)
     team.run_until(lambda: team.benches[0].agent.stage is Stage.HOLDING)
     hold_over_home_of(team, 1, 0, height_m)
-    team.benches[0].hear(command(Verb.RETURN, "ada", 2))
+    team.benches[0].hear(command(Verb.RETURN, 2, "ada"))
     team.run_until(lambda: team.benches[0].agent.stage is Stage.DONE)
     assert team.benches[1].agent.stage is Stage.HOLDING
     assert team.closest_m >= SEPARATION_M - 0.2
@@ -207,12 +173,12 @@ def test_a_team_keeps_apart_when_one_holds_over_the_home_of_one_who_returns(heig
 def test_two_that_rest_over_each_others_home_both_come_down() -> None:
     team = BenchTeam(team_plan((200.0, 200.0), (260.0, 200.0)))
     team.run_until(lambda: all(bench.agent.stage is Stage.WORKING for bench in team.benches))
-    team.benches[0].hear(command(Verb.GO_TO, "ada", 1, (500.0, 500.0)))
+    send_to(team.benches[0], 1, 500.0, 500.0)
     team.run_until(lambda: team.benches[0].agent.stage is Stage.HOLDING)
     hold_over_home_of(team, 1, 0, 40.0)
     hold_over_home_of(team, 0, 1, 40.0)
     for number, bench in enumerate(team.benches):
-        bench.hear(command(Verb.RETURN, bench.agent.name, 30 + number))
+        bench.hear(command(Verb.RETURN, 30 + number, bench.agent.name))
     team.run_until(lambda: all_down(team))
     assert team.closest_m >= SEPARATION_M - 0.2
 
@@ -223,7 +189,7 @@ def test_a_team_comes_home_together_and_keeps_the_distance_of_its_homes(gap_m: f
     team.run_until(lambda: all(bench.agent.stage is Stage.WORKING for bench in team.benches))
     team.run(30.0)
     for number, bench in enumerate(team.benches):
-        bench.hear(command(Verb.RETURN, bench.agent.name, 30 + number))
+        bench.hear(command(Verb.RETURN, 30 + number, bench.agent.name))
     team.run_until(lambda: all_down(team))
     assert all(bench.state.landed is Landed.ON_GROUND for bench in team.benches)
     assert team.closest_m >= min(gap_m, SEPARATION_M) - 0.2
