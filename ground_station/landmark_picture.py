@@ -12,7 +12,7 @@ from vehicle_agent.domain.frames import FloatArray
 from vehicle_agent.domain.landmark_atlas import LandmarkAtlas
 from vehicle_agent.domain.landmarks import LandmarkParams
 from vehicle_agent.mission.load import MissionPlan
-from vehicle_agent.mission.model import MapTask
+from vehicle_agent.mission.tasks import MapTask
 from vehicle_agent.wire.landmark_blob import unpack_landmarks
 
 BELIEVED_M = 12_000.0

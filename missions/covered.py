@@ -8,7 +8,7 @@ import numpy as np
 
 from vehicle_agent.domain.frames import FloatArray, Point
 from vehicle_agent.mission.load import MissionPlan
-from vehicle_agent.mission.model import CoverTask
+from vehicle_agent.mission.tasks import CoverTask
 
 
 def covers(plan: MissionPlan) -> bool:

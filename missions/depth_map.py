@@ -11,7 +11,7 @@ from vehicle_agent.domain.frames import FloatArray
 from vehicle_agent.domain.landmark_atlas import LandmarkAtlas
 from vehicle_agent.domain.relief import Relief
 from vehicle_agent.mission.load import MissionPlan
-from vehicle_agent.mission.model import MapTask
+from vehicle_agent.mission.tasks import MapTask
 
 MOST_LANDMARKS = 3_000
 """Of more than these every n-th is left out of the drawing: its cost grows with the third power."""

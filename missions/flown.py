@@ -15,7 +15,8 @@ from typing import Any
 import msgspec
 
 from vehicle_agent.mission.load import MissionError, MissionPlan, load_mission
-from vehicle_agent.mission.model import GridTerrain, Mission, TownTerrain
+from vehicle_agent.mission.model import Mission
+from vehicle_agent.mission.terrain import GridTerrain, TownTerrain
 
 MAVLINK_PORT_OFFSET = 100
 """From `--port-base` to the first MAVLink port; below it lie the simulator's and 64 agents' Zenoh ports."""

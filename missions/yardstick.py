@@ -12,7 +12,7 @@ from vehicle_agent.domain.elevation import ElevationMap
 from vehicle_agent.domain.polygon import BoolArray
 from vehicle_agent.domain.team_map import TeamMap
 from vehicle_agent.mission.load import MissionPlan
-from vehicle_agent.mission.model import MapTask
+from vehicle_agent.mission.tasks import MapTask
 
 if TYPE_CHECKING:
     from sim_bridge.world import World

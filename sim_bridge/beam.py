@@ -8,7 +8,7 @@ import numpy as np
 
 from sim_bridge.dynamics import Bodies
 from vehicle_agent.domain.frames import Point
-from vehicle_agent.mission.model import SingleBeamSensor
+from vehicle_agent.mission.vehicles import SingleBeamSensor
 
 
 class Beam:

@@ -18,7 +18,7 @@ from sim_bridge.world import World
 from vehicle_agent.domain.elevation import CellObservations
 from vehicle_agent.domain.range_image import RangeImage
 from vehicle_agent.mission.load import MissionPlan
-from vehicle_agent.mission.model import HalfSphereSensor, SingleBeamSensor
+from vehicle_agent.mission.vehicles import HalfSphereSensor, SingleBeamSensor
 
 STEP_US = 50_000
 """Longest physical step, microseconds."""

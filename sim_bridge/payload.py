@@ -6,7 +6,7 @@ from typing import Protocol
 
 from sim_bridge.fleet import Fleet
 from vehicle_agent.domain.range_image import RangeImage
-from vehicle_agent.mission.model import HalfSphereSensor, RangeSensor
+from vehicle_agent.mission.vehicles import HalfSphereSensor, RangeSensor
 from vehicle_agent.wire.cells import pack_cells
 from vehicle_agent.wire.messages import AnyMessage, BodyReport, Scan
 from vehicle_agent.wire.range_blob import pack_ranges

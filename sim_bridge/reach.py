@@ -8,7 +8,7 @@ from sim_bridge.world import World
 from vehicle_agent.domain.polygon import BoolArray, distance_to_border_m, points_inside
 from vehicle_agent.domain.sensing import visible_surface
 from vehicle_agent.mission.load import MissionPlan
-from vehicle_agent.mission.model import VehicleTable
+from vehicle_agent.mission.vehicles import VehicleTable
 
 HEIGHTS_TRIED = 4
 """Heights at which an admissible place is tried for cells that cannot be overflown."""

@@ -7,7 +7,7 @@ import numpy as np
 from sim_bridge.world import World
 from vehicle_agent.domain.polygon import BoolArray, distance_to_border_m
 from vehicle_agent.mission.load import MissionError, MissionPlan
-from vehicle_agent.mission.model import SingleBeamSensor
+from vehicle_agent.mission.vehicles import SingleBeamSensor
 
 
 def soundable_cells(plan: MissionPlan, world: World) -> BoolArray:

@@ -12,7 +12,7 @@ import numpy as np
 from vehicle_agent.domain.frames import FloatArray
 from vehicle_agent.domain.grid import Grid, IndexArray
 from vehicle_agent.mission.load import MissionError, MissionPlan
-from vehicle_agent.mission.model import FlatTerrain, GaussianTerrain, GridTerrain, TownTerrain
+from vehicle_agent.mission.terrain import FlatTerrain, GaussianTerrain, GridTerrain, TownTerrain
 
 HILLS_SPAWN_KEY = (1000,)
 """Key of the hills' random stream: apart from those of the vehicles, which are keyed by their index."""

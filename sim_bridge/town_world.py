@@ -17,7 +17,7 @@ from vehicle_agent.domain.range_image import RangeImage
 from vehicle_agent.domain.ray_fan import down_looking_fan
 from vehicle_agent.domain.voxel_grid import VoxelGrid
 from vehicle_agent.mission.load import MissionError, MissionPlan
-from vehicle_agent.mission.model import TownTerrain
+from vehicle_agent.mission.terrain import TownTerrain
 
 TOWN_SPAWN_KEY = (1400,)
 """Key of the town's random stream: apart from those of the vehicles, which are keyed by their index."""

@@ -14,7 +14,7 @@ from vehicle_agent.domain.frames import FloatArray, Point
 from vehicle_agent.domain.grid import Grid
 from vehicle_agent.domain.sensing import visible_surface
 from vehicle_agent.mission.load import MissionError, MissionPlan
-from vehicle_agent.mission.model import TownTerrain
+from vehicle_agent.mission.terrain import TownTerrain
 
 if TYPE_CHECKING:
     from sim_bridge.town_world import Town

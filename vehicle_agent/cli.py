@@ -26,7 +26,8 @@ from vehicle_agent.domain.kernels import warm_up
 from vehicle_agent.link.session import FleetLink, LinkError
 from vehicle_agent.link.tls import TlsFiles
 from vehicle_agent.mission.load import MissionError, MissionPlan, check_task, load_mission
-from vehicle_agent.mission.model import Mission, SingleBeamSensor
+from vehicle_agent.mission.model import Mission
+from vehicle_agent.mission.vehicles import SingleBeamSensor
 from vehicle_agent.runtime import Runtime, VehicleClock
 from vehicle_agent.wire.messages import Stage
 

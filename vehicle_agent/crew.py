@@ -8,7 +8,7 @@ import numpy as np
 
 from vehicle_agent.agent import VehicleAgent
 from vehicle_agent.mission.load import MissionPlan
-from vehicle_agent.mission.model import MapTask
+from vehicle_agent.mission.tasks import MapTask
 
 
 def make_agent(

@@ -16,7 +16,8 @@ from vehicle_agent.behaviour.modem import Modem
 from vehicle_agent.behaviour.rhythm import Rhythm
 from vehicle_agent.behaviour.shared_map import SharedMap
 from vehicle_agent.mission.load import MissionPlan
-from vehicle_agent.mission.model import MapTask, SingleBeamSensor
+from vehicle_agent.mission.tasks import MapTask
+from vehicle_agent.mission.vehicles import SingleBeamSensor
 from vehicle_agent.planning.mapping.choose import make_mapping_planner
 from vehicle_agent.ports import Inbox, Outbox, VehicleState
 from vehicle_agent.wire.keys import TOPIC_BY_NAME

@@ -14,7 +14,7 @@ from missions.bench.hills import HillsParams, draw_hills
 from missions.bench.pool import measure_all
 from missions.bench.results import Row, save_rows
 from vehicle_agent.domain import kernels
-from vehicle_agent.mission.model import PlannerName
+from vehicle_agent.mission.tasks import PlannerName
 from vehicle_agent.planning.choose import make_planner
 
 PLANNERS: tuple[PlannerName, ...] = ("tours", "claims", "fcao", "closest-frontier", "greedy")

@@ -14,7 +14,7 @@ from missions.bench.hills import HillsParams
 from missions.bench.pool import measure_all
 from missions.bench.results import Row, save_rows
 from vehicle_agent.domain import kernels
-from vehicle_agent.mission.model import PlannerName
+from vehicle_agent.mission.tasks import PlannerName
 
 DEFAULT: PlannerName = "tours"
 RIVAL: PlannerName = "closest-frontier"

@@ -16,7 +16,7 @@ from sim_bridge.vehicles.boat import Boat
 from sim_bridge.vehicles.copter import Copter
 from sim_bridge.vehicles.submarine import Submarine
 from vehicle_agent.mission.load import MissionPlan
-from vehicle_agent.mission.model import SingleBeamSensor, VehicleTable
+from vehicle_agent.mission.vehicles import SingleBeamSensor, VehicleTable
 
 KINDS: dict[str, tuple[BodyKind, type[Vehicle]]] = {
     "multicopter": (BodyKind.MULTICOPTER, Copter),

@@ -11,16 +11,15 @@ from vehicle_agent.mission.load import MissionPlan, plan_mission
 from vehicle_agent.mission.model import (
     AreaTable,
     DatumTable,
-    GaussianTerrain,
-    MapTask,
     Mission,
     RadioTable,
     SafetyTable,
     SimulationTable,
-    SingleBeamSensor,
     StopTable,
-    VehicleTable,
 )
+from vehicle_agent.mission.tasks import MapTask
+from vehicle_agent.mission.terrain import GaussianTerrain
+from vehicle_agent.mission.vehicles import SingleBeamSensor, VehicleTable
 
 BEAM = SingleBeamSensor(range_m=40.0, noise_fraction=0.01, period_s=1.0)
 FLOOR_M = -12.0

@@ -10,7 +10,7 @@ import pytest
 import missions
 from missions.lockstep import LockstepResult
 from tests.fakes.hill_missions import hill_plan
-from vehicle_agent.mission.model import PlannerName
+from vehicle_agent.mission.tasks import PlannerName
 
 MIN_SEPARATION_M = 5.0
 THIN_RADIO = {"loss": 0.3, "delay_s": 0.1, "range_m": 250.0, "rate_bytes_s": 4_000.0}

@@ -14,7 +14,9 @@ from missions.lockstep import LockstepResult, simulate
 from tests.fakes.map_missions import FLOOR_M, map_mission, map_plan
 from vehicle_agent.domain.landmark_atlas import LandmarkAtlas
 from vehicle_agent.mission.load import plan_mission
-from vehicle_agent.mission.model import FlatTerrain, MapTask, RadioTable
+from vehicle_agent.mission.model import RadioTable
+from vehicle_agent.mission.tasks import MapTask
+from vehicle_agent.mission.terrain import FlatTerrain
 
 KEY_BYTES = 40
 """A message's key on Zenoh, which an agent's count of bytes holds too."""

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import get_args
 
 from missions.catalogue import load_named_mission
-from vehicle_agent.mission.model import CoverPlannerName, MapPlannerName, PlannerName
+from vehicle_agent.mission.tasks import CoverPlannerName, MapPlannerName, PlannerName
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")

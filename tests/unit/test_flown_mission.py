@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from missions.catalogue import built_in_missions, load_named_mission
 from missions.flown import Changes, to_toml, write_flown
 from vehicle_agent.mission.load import MissionError
-from vehicle_agent.mission.model import GridTerrain
+from vehicle_agent.mission.terrain import GridTerrain
 
 TEXT = st.text(st.characters(exclude_categories=["Cs"]))
 SCALAR = st.booleans() | st.integers(-(2**53), 2**53) | st.floats(allow_nan=False, allow_infinity=False) | TEXT

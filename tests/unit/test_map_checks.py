@@ -9,7 +9,9 @@ import pytest
 
 from tests.fakes.map_missions import BEAM, diver, map_mission, map_plan
 from vehicle_agent.mission.load import MissionError, check_task, plan_mission
-from vehicle_agent.mission.model import MapTask, RadioTable, RangeSensor
+from vehicle_agent.mission.model import RadioTable
+from vehicle_agent.mission.tasks import MapTask
+from vehicle_agent.mission.vehicles import RangeSensor
 
 
 def refusal(**changes: Any) -> str:

@@ -17,7 +17,8 @@ from ground_station.station import Station
 from tests.fakes.talking_fleet import NAMES, ListLink, Voice, small_plan
 from vehicle_agent.domain.polygon import points_inside
 from vehicle_agent.mission.load import MissionPlan, plan_mission
-from vehicle_agent.mission.model import ExploreTask, ReplanTable
+from vehicle_agent.mission.model import ReplanTable
+from vehicle_agent.mission.tasks import ExploreTask
 from vehicle_agent.wire.messages import Orders, Stage, Verb, Zone
 
 POLICY = ReplanPolicy()

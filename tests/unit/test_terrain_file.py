@@ -11,7 +11,7 @@ from missions.terrain.resample import MARGIN_M, Raster, RasterError, main, resam
 from vehicle_agent.domain.frames import Datum, Geodetic
 from vehicle_agent.domain.grid import Grid
 from vehicle_agent.mission.load import load_mission
-from vehicle_agent.mission.model import GridTerrain
+from vehicle_agent.mission.terrain import GridTerrain
 
 MISSIONS = Path(__file__).parents[2] / "missions"
 

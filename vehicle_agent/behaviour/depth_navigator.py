@@ -17,8 +17,8 @@ from vehicle_agent.behaviour.navigator import Arrived, Surroundings, allowed_cel
 from vehicle_agent.domain.frames import FloatArray, Point
 from vehicle_agent.domain.polygon import BoolArray
 from vehicle_agent.mission.load import MissionPlan
-from vehicle_agent.mission.model import MapTask
 from vehicle_agent.mission.sounding import beam_of
+from vehicle_agent.mission.tasks import MapTask
 from vehicle_agent.planning.constraints import Traffic
 from vehicle_agent.planning.interface import Finished, Wait, Waypoint
 from vehicle_agent.planning.mapping.interface import HeightBand, MappingPlanner, MappingSituation

@@ -22,7 +22,7 @@ from vehicle_agent.behaviour.standing_orders import StandingOrders
 from vehicle_agent.behaviour.voice import Voice
 from vehicle_agent.domain.frames import Point
 from vehicle_agent.mission.load import MissionPlan
-from vehicle_agent.mission.model import CoverTask
+from vehicle_agent.mission.tasks import CoverTask
 from vehicle_agent.planning.interface import Finished
 from vehicle_agent.planning.travel import way_length_m
 from vehicle_agent.ports import (

@@ -13,7 +13,7 @@ from vehicle_agent.domain.frames import FloatArray, Point
 from vehicle_agent.domain.paths import assumed_surface
 from vehicle_agent.domain.polygon import BoolArray, distance_to_border_m
 from vehicle_agent.mission.load import MissionPlan
-from vehicle_agent.mission.model import CoverTask
+from vehicle_agent.mission.tasks import CoverTask
 from vehicle_agent.planning.constraints import Constraints, Reservation
 from vehicle_agent.planning.interface import (
     Decision,

@@ -11,7 +11,7 @@ from vehicle_agent.behaviour.navigator import Navigator
 from vehicle_agent.behaviour.shared_map import SharedMap
 from vehicle_agent.domain.frames import Point
 from vehicle_agent.mission.load import MissionPlan
-from vehicle_agent.mission.model import CoverTask, MapTask
+from vehicle_agent.mission.tasks import CoverTask, MapTask
 from vehicle_agent.planning.choose import make_task_planner
 from vehicle_agent.planning.spread_first import spread_team
 

@@ -10,17 +10,10 @@ import numpy as np
 from vehicle_agent.domain.frames import FloatArray
 from vehicle_agent.domain.polygon import distance_to_border_m, first_crossing, points_inside
 from vehicle_agent.mission.map_checks import check_map_team
-from vehicle_agent.mission.model import (
-    CoverTask,
-    ExploreTask,
-    GaussianTerrain,
-    HalfSphereSensor,
-    MapTask,
-    SingleBeamSensor,
-    TownTerrain,
-    VehicleTable,
-)
 from vehicle_agent.mission.plan import MissionError, MissionPlan
+from vehicle_agent.mission.tasks import CoverTask, ExploreTask, MapTask
+from vehicle_agent.mission.terrain import GaussianTerrain, TownTerrain
+from vehicle_agent.mission.vehicles import HalfSphereSensor, SingleBeamSensor, VehicleTable
 
 MAX_CELLS = 4_000_000
 MAX_VOXELS = 8_000_000

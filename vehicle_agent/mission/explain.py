@@ -6,8 +6,10 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-from vehicle_agent.mission.model import ADDRESS_PATTERN, CONNECTION_PATTERN, LINE_PATTERN
+from vehicle_agent.mission.model import ADDRESS_PATTERN
 from vehicle_agent.mission.schema import allowed_values
+from vehicle_agent.mission.tables import LINE_PATTERN
+from vehicle_agent.mission.vehicles import CONNECTION_PATTERN
 from vehicle_agent.wire.messages import NAME_PATTERN
 
 _PATTERN_WORDS = {

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 
-from vehicle_agent.mission.model import MapTask, SingleBeamSensor
 from vehicle_agent.mission.plan import MissionError, MissionPlan
+from vehicle_agent.mission.tasks import MapTask
+from vehicle_agent.mission.vehicles import SingleBeamSensor
 
 MAX_LANDMARKS = 250_000
 

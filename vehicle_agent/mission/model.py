@@ -4,19 +4,15 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-import msgspec
 from msgspec import Meta
 
+from vehicle_agent.mission.tables import LINE_PATTERN, AltitudeM, Metres, NonNegative, Positive, Table
+from vehicle_agent.mission.tasks import Task
+from vehicle_agent.mission.terrain import Terrain
+from vehicle_agent.mission.vehicles import VehicleTable
 from vehicle_agent.wire.messages import NAME_PATTERN
 
-LINE_PATTERN = r"^[^\x00-\x1f\x7f-\x9f\u2028\u2029]*\Z"
 ADDRESS_PATTERN = r"^([A-Za-z0-9][A-Za-z0-9.-]{0,252}|\[[0-9A-Fa-f:.]{2,45}\])\Z"
-CONNECTION_PATTERN = r"^(udpin|udpout|tcpin|tcpout|udp|tcp|serial|serial_flowcontrol)://[!-~]{1,200}\Z"
-
-Positive = Annotated[float, Meta(ge=0.001, le=1e6)]
-NonNegative = Annotated[float, Meta(ge=0, le=1e6)]
-Metres = Annotated[float, Meta(ge=-1e6, le=1e6)]
-AltitudeM = Annotated[float, Meta(ge=-12_000, le=12_000)]
 Port = Annotated[int, Meta(ge=1024, le=65535)]
 Flow = Annotated[float, Meta(ge=-40, le=40)]
 EastNorth = tuple[Metres, Metres]
@@ -24,11 +20,7 @@ LatitudeDeg = Annotated[float, Meta(ge=-90, le=90)]
 LongitudeDeg = Annotated[float, Meta(ge=-180, le=180)]
 
 
-class _Table(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """A table of the mission file: unknown keys are errors."""
-
-
-class DatumTable(_Table, frozen=True, kw_only=True):
+class DatumTable(Table, frozen=True, kw_only=True):
     """Origin of the local frame.
 
     Attributes
@@ -44,7 +36,7 @@ class DatumTable(_Table, frozen=True, kw_only=True):
     altitude_amsl_m: AltitudeM = 0.0
 
 
-class AreaTable(_Table, frozen=True, kw_only=True):
+class AreaTable(Table, frozen=True, kw_only=True):
     """The area of the mission, also its fence: exactly one of `rectangle_enu_m`, `polygon_enu_m`, `polygon_deg`.
 
     Attributes
@@ -74,269 +66,10 @@ class AreaTable(_Table, frozen=True, kw_only=True):
     up_m: tuple[Metres, Metres] | None = None
 
 
-class GridTerrain(_Table, frozen=True, kw_only=True, tag_field="kind", tag="grid"):
-    """Measured terrain from an .npz file: `elevation_amsl_m` (columns, rows), `west_m`, `south_m`, `cell_m`.
-
-    Attributes
-    ----------
-    file
-        Path relative to the mission file.
-    """
-
-    file: Annotated[str, Meta(pattern=LINE_PATTERN, min_length=1, max_length=1000)]
-
-
-class GaussianTerrain(_Table, frozen=True, kw_only=True, tag_field="kind", tag="gaussians"):
-    """Hills drawn from the mission's seed.
-
-    Attributes
-    ----------
-    peaks
-        Number of Gaussians, centres uniform over the area.
-    height_m
-        Lowest and highest peak.
-    sigma_m
-        Standard deviation of each.
-    """
-
-    peaks: Annotated[int, Meta(ge=1, le=1000)]
-    height_m: tuple[Annotated[float, Meta(ge=0, le=12_000)], Annotated[float, Meta(ge=0, le=12_000)]]
-    sigma_m: Positive
-
-
-class FlatTerrain(_Table, frozen=True, kw_only=True, tag_field="kind", tag="flat"):
-    """Level ground.
-
-    Attributes
-    ----------
-    elevation_amsl_m
-        Height of the ground above mean sea level.
-    """
-
-    elevation_amsl_m: AltitudeM = 0.0
-
-
-Share = Annotated[float, Meta(ge=0, le=1)]
-
-
-class TownTerrain(_Table, frozen=True, kw_only=True, tag_field="kind", tag="town"):
-    """Buildings on level ground at local `up` zero, along streets, some with overhangs, passages and bridges.
-
-    Attributes
-    ----------
-    file
-        Path of an .npz file, relative to the mission file, that holds `solid` (columns, rows, layers), true where
-        something is, on the voxels of the area; left out, the town is drawn from the mission's seed.
-    block_m
-        From the middle of one street to that of the next.
-    street_m
-        Narrowest and widest street.
-    height_m
-        Lowest and highest building.
-    overhang_share, passage_share, bridge_share
-        Share of the buildings that have each.
-    square_share
-        Share of the blocks that stay empty, beside the one in the south-west.
-    """
-
-    file: Annotated[str, Meta(pattern=LINE_PATTERN, min_length=1, max_length=1000)] | None = None
-    block_m: Positive = 30.0
-    street_m: tuple[Positive, Positive] = (8.0, 12.0)
-    height_m: tuple[Positive, Positive] = (6.0, 22.0)
-    overhang_share: Share = 0.4
-    passage_share: Share = 0.3
-    bridge_share: Share = 0.25
-    square_share: Share = 0.1
-
-
-Terrain = GridTerrain | GaussianTerrain | FlatTerrain | TownTerrain
-
-PlannerName = Literal["tours", "claims", "fcao", "cao", "closest-frontier", "greedy"]
-
-
-class ExploreTask(_Table, frozen=True, kw_only=True, tag_field="kind", tag="explore"):
-    """See the whole surface of the area once.
-
-    Attributes
-    ----------
-    planner
-        Who decides where to go next.
-    step_m
-        Longest way between two decisions (alpha in Renzaglia eq. 10).
-    """
-
-    planner: PlannerName = "tours"
-    step_m: Annotated[float, Meta(ge=1, le=1e6)] = 100.0
-
-
-CoverPlannerName = Literal["stations", "cao"]
-
-
-class CoverTask(_Table, frozen=True, kw_only=True, tag_field="kind", tag="cover"):
-    """Find the places from which the team sees most of the area at once, and stay there.
-
-    Attributes
-    ----------
-    planner
-        Who decides where to go next.
-    step_m
-        Longest way between two decisions (alpha_0 in Renzaglia eq. 11).
-    hold_s
-        Vehicle time that the team stays on its places, once all have settled, before it returns; it returns at
-        `stop.time_limit_s` in any case.
-    explore_first
-        See `stop.observed_fraction` of the area before covering it.
-    known_points_enu_m
-        Points of the surface, [east, north, up], that are known beforehand; the team first spreads over them by a
-        constrained Voronoi tessellation (Renzaglia section 5.1).
-    """
-
-    planner: CoverPlannerName = "stations"
-    step_m: Annotated[float, Meta(ge=1, le=1e6)] = 100.0
-    hold_s: Annotated[float, Meta(ge=1, le=1e6)] = 30.0
-    explore_first: bool = False
-    known_points_enu_m: Annotated[tuple[tuple[float, float, float], ...], Meta(max_length=10_000)] = ()
-
-
-MapPlannerName = Literal["survey", "viewpoints"]
-
-
-class MapTask(_Table, frozen=True, kw_only=True, tag_field="kind", tag="map"):
-    """Estimate the height of a landmark in every cell of the area and draw the map from them (Kapoutsis 2015).
-
-    Attributes
-    ----------
-    planner
-        Who decides where to go next: `survey` sails lines and then where the map is least certain, `viewpoints` goes
-        from one landmark that is not yet accurate to the next.
-    step_m
-        Longest way between two decisions.
-    accurate_sd_m
-        A landmark is accurately estimated when its standard deviation is at most this.
-    attempts
-        Measurements after which a landmark that is still not accurate is given up.
-    capacity
-        Landmarks in one packet to teammates.
-    surfacing
-        Come up for a position fix when the time that this takes is worth it; else only at the end.
-    """
-
-    planner: MapPlannerName = "survey"
-    step_m: Annotated[float, Meta(ge=0.5, le=1e6)] = 20.0
-    accurate_sd_m: Annotated[float, Meta(ge=0.001, le=100)] = 0.1
-    attempts: Annotated[int, Meta(ge=1, le=10_000)] = 200
-    capacity: Annotated[int, Meta(ge=1, le=4_000)] = 10
-    surfacing: bool = True
-
-
-Task = ExploreTask | CoverTask | MapTask
-
-
-class RangeSensor(_Table, frozen=True, kw_only=True, tag_field="kind", tag="range"):
-    """Sees every surface cell in line of sight within its range, in all directions (Renzaglia section 3).
-
-    Attributes
-    ----------
-    range_m
-        How far it sees.
-    period_s
-        Vehicle time between two scans.
-    """
-
-    range_m: Positive
-    period_s: Annotated[float, Meta(ge=0.05, le=3600)] = 1.0
-
-
-class SingleBeamSensor(_Table, frozen=True, kw_only=True, tag_field="kind", tag="single-beam"):
-    """Measures the distance straight down from its body: an echo sounder under water, a rangefinder in the air.
-
-    The autopilot tells it in DISTANCE_SENSOR, as its RNGFND1 parameters have it.
-
-    Attributes
-    ----------
-    range_m
-        How far it measures.
-    min_range_m
-        Nearer than this it measures nothing.
-    noise_fraction
-        Standard deviation of a reading as a share of the distance (Kapoutsis 2015, eq. 24).
-    period_s
-        Vehicle time between two readings.
-    """
-
-    range_m: Annotated[float, Meta(ge=0.1, le=327)]
-    min_range_m: Annotated[float, Meta(ge=0, le=100)] = 0.3
-    noise_fraction: Annotated[float, Meta(ge=0, le=1)] = 0.0
-    period_s: Annotated[float, Meta(ge=0.05, le=3600)] = 0.25
-
-
-class HalfSphereSensor(_Table, frozen=True, kw_only=True, tag_field="kind", tag="half-sphere"):
-    """Measures distances along rays to all sides and downwards, never upwards (Renzaglia section 7.1).
-
-    Attributes
-    ----------
-    range_m
-        How far it sees.
-    period_s
-        Vehicle time between two scans.
-    """
-
-    range_m: Positive
-    period_s: Annotated[float, Meta(ge=0.05, le=3600)] = 1.0
-
-
-Sensor = RangeSensor | SingleBeamSensor | HalfSphereSensor
-
-
-class VehicleTable(_Table, frozen=True, kw_only=True):
-    """One vehicle.
-
-    Attributes
-    ----------
-    name
-        Lower-case letters, digits and dashes; unique in the team.
-    type
-        What body it has; multicopters explore and cover, underwater vehicles map, `sim-bridge` serves every type.
-    autopilot
-        What the simulated vehicle speaks like; `px4` only as a multicopter.
-    start_enu_m
-        Where it stands: [east, north], or [east, north, up] with `up` not below the ground. Vessels and underwater
-        vehicles start at `simulation.water_level_m`.
-    speed_m_s
-        Fastest it flies.
-    climb_m_s
-        Fastest it climbs and sinks.
-    sensor
-        What it sees with.
-    min_above_terrain_m, max_above_terrain_m
-        Height band above the ground that it keeps; in towns above local `up` zero, and the air above the band is taken
-        to be clear.
-    depth_m
-        Depth below `simulation.water_level_m` that an underwater vehicle keeps while it maps.
-    system_id
-        MAVLink system id of its autopilot; the n-th vehicle has n when left out.
-    connection
-        MAVSDK connection URL of a real autopilot; left out, the vehicle is simulated.
-    """
-
-    name: Annotated[str, Meta(pattern=NAME_PATTERN)]
-    type: Literal["multicopter", "surface-vessel", "underwater-vehicle"] = "multicopter"
-    autopilot: Literal["ardupilot", "px4"] = "ardupilot"
-    start_enu_m: Annotated[tuple[Metres, ...], Meta(min_length=2, max_length=3)]
-    speed_m_s: Annotated[float, Meta(ge=0.1, le=100)]
-    climb_m_s: Annotated[float, Meta(ge=0.1, le=50)] = 5.0
-    sensor: Sensor
-    min_above_terrain_m: Positive
-    max_above_terrain_m: Positive
-    depth_m: Annotated[float, Meta(ge=1.0, le=11_000)] | None = None
-    system_id: Annotated[int, Meta(ge=1, le=99)] | None = None
-    connection: Annotated[str, Meta(pattern=CONNECTION_PATTERN)] | None = None
-
-
 FilePath = Annotated[str, Meta(min_length=1, max_length=400)]
 
 
-class TlsTable(_Table, frozen=True, kw_only=True):
+class TlsTable(Table, frozen=True, kw_only=True):
     """Mutual TLS between vehicles and stations: who has no certificate of the fleet's authority is not let in.
 
     Attributes
@@ -352,7 +85,7 @@ class TlsTable(_Table, frozen=True, kw_only=True):
     key: FilePath = "certificates/{name}.key"
 
 
-class RadioTable(_Table, frozen=True, kw_only=True):
+class RadioTable(Table, frozen=True, kw_only=True):
     """The link between vehicles.
 
     Attributes
@@ -386,7 +119,7 @@ class RadioTable(_Table, frozen=True, kw_only=True):
 FaultName = Literal["gps-loss", "battery", "motor", "link-loss", "leak"]
 
 
-class FaultTable(_Table, frozen=True, kw_only=True):
+class FaultTable(Table, frozen=True, kw_only=True):
     """A fault that strikes a simulated vehicle by itself.
 
     Attributes
@@ -407,7 +140,7 @@ class FaultTable(_Table, frozen=True, kw_only=True):
     for_s: Positive | None = None
 
 
-class SimulationTable(_Table, frozen=True, kw_only=True):
+class SimulationTable(Table, frozen=True, kw_only=True):
     """How the built-in simulator runs; of no meaning to real vehicles.
 
     Attributes
@@ -444,7 +177,7 @@ class SimulationTable(_Table, frozen=True, kw_only=True):
     faults: Annotated[tuple[FaultTable, ...], Meta(max_length=1000)] = ()
 
 
-class StopTable(_Table, frozen=True, kw_only=True):
+class StopTable(Table, frozen=True, kw_only=True):
     """When the mission ends and the vehicles return.
 
     Attributes
@@ -462,7 +195,7 @@ class StopTable(_Table, frozen=True, kw_only=True):
     battery_reserve: Annotated[float, Meta(ge=0, lt=1)] = 0.15
 
 
-class SafetyTable(_Table, frozen=True, kw_only=True):
+class SafetyTable(Table, frozen=True, kw_only=True):
     """Distances that planning keeps.
 
     Attributes
@@ -477,7 +210,7 @@ class SafetyTable(_Table, frozen=True, kw_only=True):
     teammate_silence_s: Annotated[float, Meta(ge=1, le=3600)] = 15.0
 
 
-class ReplanTable(_Table, frozen=True, kw_only=True):
+class ReplanTable(Table, frozen=True, kw_only=True):
     """What the ground station does when the team changes.
 
     Attributes
@@ -489,7 +222,7 @@ class ReplanTable(_Table, frozen=True, kw_only=True):
     mode: Literal["ask", "auto", "off"] = "ask"
 
 
-class Mission(_Table, frozen=True, kw_only=True):
+class Mission(Table, frozen=True, kw_only=True):
     """A whole mission file.
 
     Attributes

@@ -10,7 +10,8 @@ from vehicle_agent.domain.frames import Datum, FloatArray
 from vehicle_agent.domain.grid import Grid
 from vehicle_agent.domain.polygon import BoolArray
 from vehicle_agent.domain.voxel_grid import VoxelGrid
-from vehicle_agent.mission.model import Mission, VehicleTable
+from vehicle_agent.mission.model import Mission
+from vehicle_agent.mission.vehicles import VehicleTable
 
 CONTROLLER_ID_OFFSET = 100
 """An agent's MAVLink system id is its vehicle's plus this."""

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from vehicle_agent.domain.landmarks import LandmarkParams
 from vehicle_agent.domain.range_sensing import RangeSensor
-from vehicle_agent.mission.model import MapTask, SingleBeamSensor
 from vehicle_agent.mission.plan import MissionPlan
+from vehicle_agent.mission.tasks import MapTask
+from vehicle_agent.mission.vehicles import SingleBeamSensor
 
 TYPICAL_SLOPE = 0.1
 """Rise over run of the surface by which an error of position becomes one of height."""

@@ -6,7 +6,7 @@ import numpy as np
 
 from vehicle_agent.domain.frames import Point
 from vehicle_agent.domain.grid import Grid
-from vehicle_agent.mission.model import CoverTask, ExploreTask, PlannerName
+from vehicle_agent.mission.tasks import CoverTask, ExploreTask, PlannerName
 from vehicle_agent.planning.baselines.closest_frontier import ClosestFrontier
 from vehicle_agent.planning.baselines.greedy import Greedy
 from vehicle_agent.planning.cao import CaoParams

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from vehicle_agent.mission.model import MapTask
 from vehicle_agent.mission.plan import MissionPlan
+from vehicle_agent.mission.tasks import MapTask
 from vehicle_agent.planning.mapping.interface import MappingPlanner
 from vehicle_agent.planning.mapping.survey import Survey, SurveyParams, SurveyPlanner
 from vehicle_agent.planning.mapping.survey_lines import Box
