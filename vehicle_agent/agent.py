@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vehicle_agent.behaviour.command_desk import CommandDesk
 from vehicle_agent.behaviour.flight import Flight
+from vehicle_agent.behaviour.guide import Guide
 from vehicle_agent.behaviour.knowledge import Knowledge
 from vehicle_agent.behaviour.map_exchange import encode_record
-from vehicle_agent.behaviour.navigator import Navigator
 from vehicle_agent.behaviour.order_book import OrderBook
 from vehicle_agent.behaviour.outfit import outfit
 from vehicle_agent.behaviour.plausible import plausible
@@ -36,10 +35,6 @@ from vehicle_agent.wire.messages import (
     Stage,
     Status,
 )
-
-if TYPE_CHECKING:  # what only some missions need loads only there
-    from vehicle_agent.behaviour.depth_navigator import DepthNavigator
-    from vehicle_agent.behaviour.town_navigator import TownNavigator
 
 HEAR_FIRST_S = 10.0
 """A restarted agent adds nothing to its stream before teammates could return what its journal lost of it."""
@@ -88,9 +83,7 @@ class VehicleAgent:
         self.bytes_sent = 0
         self.messages_dropped = 0
 
-    def _outfit(
-        self, plan: MissionPlan, index: int, rng: np.random.Generator
-    ) -> tuple[SharedMap, Navigator | TownNavigator | DepthNavigator]:
+    def _outfit(self, plan: MissionPlan, index: int, rng: np.random.Generator) -> tuple[SharedMap, Guide]:
         """The kind of map that the mission needs, and who leads the vehicle through it."""
         return outfit(plan, index, rng)
 

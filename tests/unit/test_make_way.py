@@ -12,7 +12,7 @@ from sim_bridge.world import World
 from tests.fakes.map_missions import map_plan
 from tests.fakes.town_missions import town_plan
 from vehicle_agent.behaviour.depth_navigator import DepthNavigator
-from vehicle_agent.behaviour.navigator import Surroundings
+from vehicle_agent.behaviour.guide import Surroundings
 from vehicle_agent.behaviour.outfit import outfit
 from vehicle_agent.behaviour.town_navigator import TownNavigator
 from vehicle_agent.behaviour.voxel_share import VoxelShare

@@ -10,10 +10,11 @@ import math
 import numpy as np
 
 from vehicle_agent.behaviour.drift import Drift
+from vehicle_agent.behaviour.guide import Arrived, Surroundings
 from vehicle_agent.behaviour.landmark_share import LandmarkShare
 from vehicle_agent.behaviour.landmark_talk import LandmarkTalk
 from vehicle_agent.behaviour.leg import Leg, stopping_point
-from vehicle_agent.behaviour.navigator import Arrived, Surroundings, allowed_cells
+from vehicle_agent.behaviour.navigator import allowed_cells
 from vehicle_agent.domain.frames import FloatArray, Point
 from vehicle_agent.domain.polygon import BoolArray
 from vehicle_agent.mission.load import MissionPlan
@@ -39,17 +40,7 @@ LONGEST_FIX_S = 60.0
 
 
 class DepthNavigator:
-    """One underwater vehicle's way through the area.
-
-    Attributes
-    ----------
-    leg
-        What it sails now; None when it stays.
-    waypoint
-        The planner's last decision while it is pursued.
-    why
-        For a person to read.
-    """
+    """A `Guide` under water."""
 
     has_sector = False
     is_idle = False

@@ -1,23 +1,22 @@
-"""One vehicle's flight, stage by stage: from the first word of its autopilot to the ground again.
+"""One vehicle's flight, stage by stage: what it does once it has set out, and how it comes back to the ground.
 
 It orders and says; who steers is judged before anything is ordered, so that a pilot or a failsafe is never fought.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from vehicle_agent.behaviour.authority import Authority, Steering
 from vehicle_agent.behaviour.body import body_of
 from vehicle_agent.behaviour.energy import EnergyWatch
 from vehicle_agent.behaviour.goal_claim import GoalClaim
+from vehicle_agent.behaviour.guide import Arrived, Guide, Surroundings
 from vehicle_agent.behaviour.home_column import HomeColumn
 from vehicle_agent.behaviour.knowledge import Knowledge
-from vehicle_agent.behaviour.navigator import Arrived, Navigator, Surroundings
 from vehicle_agent.behaviour.order_book import OrderBook
 from vehicle_agent.behaviour.preflight import Checklist, return_altitude
 from vehicle_agent.behaviour.return_height import ReturnHeight
 from vehicle_agent.behaviour.rhythm import Rhythm
+from vehicle_agent.behaviour.setting_out import SETTING_OUT, Change, SettingOut, yielding
 from vehicle_agent.behaviour.standing_orders import StandingOrders
 from vehicle_agent.behaviour.voice import Voice
 from vehicle_agent.domain.frames import Point
@@ -27,7 +26,6 @@ from vehicle_agent.planning.interface import Finished
 from vehicle_agent.planning.travel import way_length_m
 from vehicle_agent.ports import (
     ActionResult,
-    Arm,
     FlightMode,
     GoTo,
     Hold,
@@ -36,11 +34,6 @@ from vehicle_agent.ports import (
 )
 from vehicle_agent.wire.messages import Command, Orders, Severity, Stage, Verb
 
-if TYPE_CHECKING:  # a town's kernels load only where there is a town
-    from vehicle_agent.behaviour.depth_navigator import DepthNavigator
-    from vehicle_agent.behaviour.town_navigator import TownNavigator
-
-TAKE_OFF_ATTEMPTS = 3
 FLYING = (Stage.WORKING, Stage.HOLDING, Stage.RETURNING)
 OWN_MODES = {
     Stage.TAKING_OFF: frozenset({FlightMode.GUIDED}),
@@ -72,7 +65,7 @@ class Flight:
         self,
         plan: MissionPlan,
         index: int,
-        navigator: Navigator | TownNavigator | DepthNavigator,
+        navigator: Guide,
         knowledge: Knowledge,
         voice: Voice,
         orders: OrderBook,
@@ -85,12 +78,13 @@ class Flight:
         self._column = HomeColumn(plan)
         self._energy = EnergyWatch(plan.mission.stop.battery_reserve)
         self._checklist = Checklist(self._body.parameters())
+        self._setting_out = SettingOut(
+            plan.controller_system_id(index), self._body, self._checklist, self._column, knowledge, voice, orders
+        )
         self._authority = Authority()
         self._errand: Command | None = None
         self._now_s = 0.0
         self._took_off_at_s: float | None = None
-        self._take_offs = 0
-        self._left_ground = False
         self._landing_begun = False
         self._waits_told = False
         self._handed_back_stage = Stage.WORKING
@@ -104,14 +98,8 @@ class Flight:
         self._now_s = now_s
         steers = self._steering(state) is Steering.OWN
         match self.stage:
-            case Stage.CONNECTING:
-                self._connect(state)
-            case Stage.CONFIGURING:
-                self._configure(state)
-            case Stage.ARMING:
-                self._arm(state)
-            case Stage.TAKING_OFF:
-                self._take_off(state, steers)
+            case stage if stage in SETTING_OUT:
+                self._set_out(self._setting_out.step(now_s, stage, state, steers))
             case Stage.WORKING if steers:
                 self._work(state)
             case Stage.HOLDING if steers:
@@ -128,81 +116,16 @@ class Flight:
             if steers:
                 self._orders.repeat_refused(self._now_s)
 
-    def _connect(self, state: VehicleState) -> None:
-        if state.rival_controller:
-            own_id = self._plan.controller_system_id(self._index)
-            self._refuse(
-                f"another program speaks on this vehicle with system id {own_id}: stop it, or its heartbeats hide "
-                "this agent's death from the autopilot"
-            )
-        elif state.armed and not self._body.rests(state):
-            self._resume_in_the_air(state)
-        elif state.home_enu_m is not None or state.ready_to_arm:
-            self._enter(Stage.CONFIGURING, "connected", "autopilot found")
-
-    def _resume_in_the_air(self, state: VehicleState) -> None:
-        """Carry on where an earlier run of this agent flew; leave the vehicle to whoever steers it by now."""
-        if state.home_enu_m is None or self._body.is_unsure(state):
+    def _set_out(self, change: Change | None) -> None:
+        """Enter the next stage before the work, or the first one of it."""
+        if change is None:
             return
-        self._took_off_at_s = self._now_s
-        if state.mode is FlightMode.GUIDED:
-            self._enter(Stage.WORKING, "resumed", "resumed in the air from the journal")
-        else:
-            self._yield(state)
-
-    def _configure(self, state: VehicleState) -> None:
-        if self._checklist.failed:
-            self._refuse(self._checklist.failed)
-        elif self._checklist.done:
-            self._enter(Stage.ARMING, "configured", "the autopilot now watches this agent")
-        elif (order := self._checklist.next_order()) is not None:
-            self._checklist.submitted(self._orders.give(order))
-
-    def _arm(self, state: VehicleState) -> None:
-        if state.rival_controller:
-            self.stage = Stage.CONNECTING
-            self._connect(state)
-        elif state.armed and not self._body.rests(state) and state.mode is not FlightMode.GUIDED:
-            self._yield(state)
-        elif state.home_enu_m is None or not self._may_set_out(state, state.home_enu_m):
-            return
-        elif state.armed and state.mode is FlightMode.GUIDED:
-            self._take_offs += 1
-            self._left_ground = False
-            self._enter(Stage.TAKING_OFF, "armed", "armed")
-            self._orders.try_at_once()
-        elif state.ready_to_arm:
-            self._orders.retry(Arm(), self._now_s)
-
-    def _may_set_out(self, state: VehicleState, home: Point) -> bool:
-        """Whether nobody is over home; who works there hears that somebody wants to come up, and makes way."""
-        east_m, north_m, _ = state.position_enu_m
-        rival = self._column.rival(self._around(state), (east_m, north_m, home[2] + self.take_off_height_m))
-        if rival and not self._waits_told:
-            self._voice.event(Severity.NOTICE, "waiting", f"waits to set out: {rival} is in the way")
-        self._waits_told = bool(rival)
-        return not rival
-
-    def _take_off(self, state: VehicleState, steers: bool) -> None:
-        if state.home_enu_m is None:
-            return
-        self._left_ground |= self._body.has_set_out(state, state.home_enu_m)
-        if not state.armed:
-            self._disarmed_in_take_off()
-        elif self._body.is_under_way(state, state.home_enu_m):
+        if change.stage in (Stage.WORKING, Stage.YIELDED):
             self._took_off_at_s = self._now_s
-            self._enter(Stage.WORKING, *self._body.word(state.position_enu_m[2] - state.home_enu_m[2]))
-        elif steers and not self._left_ground:
-            self._orders.retry(self._body.set_out(state.home_enu_m), self._now_s)
-
-    def _disarmed_in_take_off(self) -> None:
-        """Try again only what never began: who has stopped the motors twice, or in the air, means it."""
-        if self._left_ground:
-            self._enter(Stage.DONE, "landed", "disarmed during take-off by its autopilot or a pilot", Severity.WARNING)
-        elif self._take_offs >= TAKE_OFF_ATTEMPTS:
-            self._refuse(f"disarmed before take-off {self._take_offs} times: find out why, then start this agent anew")
-        else:
-            self._enter(Stage.ARMING, "disarmed", "disarmed before take-off; arming again", Severity.WARNING)
+            self._handed_back_stage = Stage.WORKING
+        if change.stage in (Stage.REFUSED, Stage.YIELDED):
+            self.navigator.forget(change.text)
+        self._enter(change)
 
     @property
     def take_off_height_m(self) -> float:
@@ -238,7 +161,7 @@ class Flight:
             return
         self._authority.expect_change()
         self.navigator.forget("at the place it was sent to")
-        self._enter(Stage.HOLDING, "arrived", "at the place it was sent to")
+        self._enter(Change(Stage.HOLDING, "arrived", "at the place it was sent to"))
         self._orders.give(Hold())
 
     def _reason_to_return(self, state: VehicleState) -> str | None:
@@ -269,7 +192,7 @@ class Flight:
             self._fly(aside)
 
     def _go_home(self, state: VehicleState, reason: str) -> None:
-        self._enter(Stage.RETURNING, "returning", reason)
+        self._enter(Change(Stage.RETURNING, "returning", reason))
         self._waits_told = False
         self._claim.release()
         self._fly(self.navigator.stay(self._around(state), reason))
@@ -298,13 +221,13 @@ class Flight:
     def _begin_landing(self, why: str) -> None:
         self._landing_begun = False
         self.navigator.forget(why)
-        self._enter(Stage.LANDING, "landing", why)
+        self._enter(Change(Stage.LANDING, "landing", why))
         self._orders.try_at_once()
 
     def _land(self, state: VehicleState) -> None:
         if not state.armed:
             self.navigator.forget("on the ground, disarmed")
-            self._enter(Stage.DONE, "landed", "landed and disarmed")
+            self._enter(Change(Stage.DONE, "landed", "landed and disarmed"))
             return
         self._landing_begun |= state.mode is FlightMode.LAND
         if (order := self._body.end_order(state, self._landing_begun)) is not None:
@@ -319,7 +242,7 @@ class Flight:
             if self.stage in FLYING or self.stage is Stage.YIELDED:
                 self.navigator.forget("disarmed")
                 self._claim.release()
-                self._enter(Stage.DONE, "landed", "landed and disarmed by its autopilot", Severity.NOTICE)
+                self._enter(Change(Stage.DONE, "landed", "landed and disarmed by its autopilot", Severity.NOTICE))
             return Steering.OWN
         steering = self._authority.judge(self._now_s, state.mode, own_modes)
         if self.stage is Stage.YIELDED:
@@ -332,17 +255,18 @@ class Flight:
     def _yield(self, state: VehicleState) -> None:
         going_home = self.stage in (Stage.RETURNING, Stage.LANDING)
         self._handed_back_stage = Stage.RETURNING if going_home else Stage.WORKING
-        self.navigator.forget(f"mode {state.mode.value}, not ordered by this agent")
+        change = yielding(state)
+        self.navigator.forget(change.text)
         self._claim.release()
-        self._enter(Stage.YIELDED, "yielded", self.navigator.why, Severity.WARNING)
+        self._enter(change)
 
     def _take_back(self, state: VehicleState) -> None:
         if self._body.rests(state):
-            self._enter(Stage.ARMING, "handed-back", "guided again, on the ground")
+            self._enter(Change(Stage.ARMING, "handed-back", "guided again, on the ground"))
         elif self._handed_back_stage is Stage.RETURNING:
-            self._enter(Stage.RETURNING, "handed-back", "guided again: on the way home")
+            self._enter(Change(Stage.RETURNING, "handed-back", "guided again: on the way home"))
         else:
-            self._enter(Stage.WORKING, "handed-back", "guided again: back to work")
+            self._enter(Change(Stage.WORKING, "handed-back", "guided again: back to work"))
 
     def obey(self, command: Command, now_s: float, state: VehicleState) -> None:
         """Do what an operator's command asks for; the caller has judged and answered it."""
@@ -358,18 +282,18 @@ class Flight:
             case Verb.GO_TO | Verb.VISIT:
                 self._errand = command
                 self._authority.expect_change()
-                self._enter(Stage.WORKING, "sent", "sent to a place by the operator")
+                self._enter(Change(Stage.WORKING, "sent", "sent to a place by the operator"))
                 self._fly(self.navigator.stay(self._around(state), "sent to a place by the operator"))
             case Verb.HOLD:
                 self._errand = None
                 self._authority.expect_change()
                 self._claim.release()
                 self.navigator.forget("held by the operator")
-                self._enter(Stage.HOLDING, "holding", "held by the operator")
+                self._enter(Change(Stage.HOLDING, "holding", "held by the operator"))
                 self._orders.give(Hold())
             case Verb.RESUME:
                 self._authority.expect_change()
-                self._enter(Stage.WORKING, "resumed", "resumed by the operator")
+                self._enter(Change(Stage.WORKING, "resumed", "resumed by the operator"))
                 self._fly(self.navigator.stay(self._around(state), "resumed"))
             case Verb.RETURN:
                 self._errand = None
@@ -425,14 +349,10 @@ class Flight:
             if height_m is not None:
                 self.return_height.asked(self._orders.give(return_altitude(height_m)), height_m)
 
-    def _enter(self, stage: Stage, code: str, text: str, severity: Severity = Severity.INFO) -> None:
-        self.stage = stage
-        self._voice.event(severity, code, text)
+    def _enter(self, change: Change) -> None:
+        self.stage = change.stage
+        self._voice.event(change.severity, change.code, change.text)
         self._status_rhythm.at_once()
-
-    def _refuse(self, why: str) -> None:
-        self.navigator.forget(why)
-        self._enter(Stage.REFUSED, "refused", why, Severity.ERROR)
 
     def home_enu_m(self, state: VehicleState | None) -> Point:
         """Where its autopilot returns to; before that is known, where the mission lets it start."""

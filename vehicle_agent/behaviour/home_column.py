@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from vehicle_agent.behaviour.navigator import Surroundings
+from vehicle_agent.behaviour.guide import Surroundings
 from vehicle_agent.domain.frames import Point
 from vehicle_agent.mission.load import MissionPlan
 from vehicle_agent.planning.constraints import Reservation, Traffic

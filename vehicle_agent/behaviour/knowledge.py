@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from vehicle_agent.behaviour.guide import Surroundings
 from vehicle_agent.behaviour.map_exchange import MapExchange
-from vehicle_agent.behaviour.navigator import Surroundings
 from vehicle_agent.behaviour.shared_map import SharedMap
 from vehicle_agent.behaviour.team_picture import TeamPicture
 from vehicle_agent.domain.polygon import BoolArray

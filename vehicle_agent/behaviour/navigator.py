@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
+from vehicle_agent.behaviour.guide import Arrived, Surroundings
 from vehicle_agent.behaviour.leg import Leg, braking_distance_m, is_ending, is_flown, stopping_point, turns_sharply
 from vehicle_agent.domain.elevation import ElevationMap
 from vehicle_agent.domain.frames import FloatArray, Point
@@ -14,14 +14,13 @@ from vehicle_agent.domain.paths import assumed_surface
 from vehicle_agent.domain.polygon import BoolArray, distance_to_border_m
 from vehicle_agent.mission.load import MissionPlan
 from vehicle_agent.mission.tasks import CoverTask
-from vehicle_agent.planning.constraints import Constraints, Reservation
+from vehicle_agent.planning.constraints import Constraints
 from vehicle_agent.planning.interface import (
     Decision,
     Finished,
     Observation,
     Planner,
     Situation,
-    Teammate,
     Wait,
     Waypoint,
 )
@@ -43,56 +42,8 @@ TOO_LOW = 0.6
 """Share of the least height above ground below which a leg is broken off."""
 
 
-@dataclass(frozen=True, slots=True)
-class Surroundings:
-    """What the navigator needs to know at a step.
-
-    Attributes
-    ----------
-    now_s
-        The vehicle's time.
-    state
-        Of its autopilot.
-    map_version
-        Changes with the map.
-    teammates
-        Living and working.
-    reservations
-        Legs to keep clear of.
-    passages
-        Where teammates must pass that cannot go elsewhere: nobody rests there.
-    objective
-        J_E of this vehicle (Renzaglia eq. 5).
-    """
-
-    now_s: float
-    state: VehicleState
-    map_version: int
-    teammates: tuple[Teammate, ...]
-    reservations: tuple[Reservation, ...]
-    passages: tuple[Reservation, ...]
-    objective: float
-
-
-@dataclass(frozen=True, slots=True)
-class Arrived:
-    """The vehicle is where it was to go."""
-
-
 class Navigator:
-    """One vehicle's way through the area.
-
-    Attributes
-    ----------
-    leg
-        What it flies now; None when it stays.
-    waypoint
-        The planner's last decision while it is pursued.
-    why
-        For a person to read.
-    is_idle
-        It has nothing to do and claims nothing, though others still work.
-    """
+    """A `Guide` over an elevation map."""
 
     is_idle = False
 
@@ -147,7 +98,6 @@ class Navigator:
 
     @property
     def has_sector(self) -> bool:
-        """Something is to be seen before the rest."""
         return self._sector is not None
 
     def _decide(self, around: Surroundings) -> Decision:

@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from vehicle_agent.behaviour.guide import Guide
 from vehicle_agent.behaviour.leg import stopping_point
-from vehicle_agent.behaviour.navigator import Navigator
 from vehicle_agent.behaviour.units import to_centimetres
 from vehicle_agent.domain.frames import Point
 from vehicle_agent.ports import VehicleState
 from vehicle_agent.wire.messages import Stage
-
-if TYPE_CHECKING:
-    from vehicle_agent.behaviour.depth_navigator import DepthNavigator
-    from vehicle_agent.behaviour.town_navigator import TownNavigator
 
 MAX_COUNT = 2**32 - 1
 MAX_WHY = 160
@@ -35,7 +31,7 @@ class Figures:
 def status_fields(
     stage: Stage,
     state: VehicleState,
-    navigator: Navigator | TownNavigator | DepthNavigator,
+    navigator: Guide,
     home_enu_m: Point,
     take_off_height_m: float,
     return_height_m: float,
@@ -73,7 +69,7 @@ def status_fields(
 def _reserved_end(
     stage: Stage,
     state: VehicleState,
-    navigator: Navigator | TownNavigator | DepthNavigator,
+    navigator: Guide,
     home_enu_m: Point,
     take_off_height_m: float,
 ) -> Point:

@@ -13,8 +13,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from vehicle_agent.behaviour.guide import Arrived, Surroundings
 from vehicle_agent.behaviour.leg import Leg, braking_distance_m, speed_m_s, stopping_point
-from vehicle_agent.behaviour.navigator import Arrived, Surroundings, allowed_cells
+from vehicle_agent.behaviour.navigator import allowed_cells
 from vehicle_agent.behaviour.voxel_share import VoxelShare
 from vehicle_agent.domain.frames import Point
 from vehicle_agent.domain.grid import IndexArray
@@ -45,19 +46,7 @@ SAMPLES_PER_VOXEL = 4
 
 
 class TownNavigator:
-    """One vehicle's way through a town.
-
-    Attributes
-    ----------
-    leg
-        What it flies now; None when it stays.
-    waypoint
-        The end of that leg with what it is flown for; None when that is nothing that teammates should leave to it.
-    why
-        For a person to read.
-    is_idle
-        It has nothing to do and claims nothing, though others still work.
-    """
+    """A `Guide` through a town; what the end of a leg is flown for is told only when teammates should leave it."""
 
     has_sector = False
 
