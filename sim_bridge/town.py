@@ -2,71 +2,37 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from vehicle_agent.domain.polygon import BoolArray
 from vehicle_agent.domain.voxel_grid import VoxelGrid
+from vehicle_agent.mission.terrain import TownTerrain
 
 
-@dataclass(frozen=True, slots=True)
-class TownParams:
-    """What a town is drawn from; lengths in metres.
-
-    Attributes
-    ----------
-    block_m
-        From the middle of one street to that of the next.
-    street_m
-        Narrowest and widest street.
-    height_m
-        Lowest and highest building.
-    overhang_share, passage_share, bridge_share
-        Share of the buildings that have each.
-    square_share
-        Share of the blocks that stay empty.
-    """
-
-    block_m: float = 30.0
-    street_m: tuple[float, float] = (8.0, 12.0)
-    height_m: tuple[float, float] = (6.0, 22.0)
-    overhang_share: float = 0.4
-    passage_share: float = 0.3
-    bridge_share: float = 0.25
-    square_share: float = 0.1
-
-    def __post_init__(self) -> None:
-        if not 0 < self.street_m[0] <= self.street_m[1] < self.block_m:
-            raise ValueError("streets must be narrower than blocks, and the narrowest first")
-        if not 0 < self.height_m[0] <= self.height_m[1]:
-            raise ValueError("heights must be positive, and the lowest first")
-
-
-def draw_town(grid: VoxelGrid, params: TownParams, rng: np.random.Generator) -> BoolArray:
+def draw_town(grid: VoxelGrid, terrain: TownTerrain, rng: np.random.Generator) -> BoolArray:
     """Voxels that are solid: (columns, rows, layers) bool; the lowest layer is the ground.
 
     The south-western block is a square, so that vehicles can stand there.
     """
     solid: BoolArray = np.zeros(grid.shape, dtype=np.bool_)
     solid[:, :, 0] = True
-    block = max(1, round(params.block_m / grid.voxel_m))
+    block = max(1, round(terrain.block_m / grid.voxel_m))
     for column in range(0, grid.columns, block):
         for row in range(0, grid.rows, block):
             draws = rng.random(3)
-            empty = rng.random() < params.square_share or (column == 0 and row == 0)
-            house = _house(grid, params, rng, column, row, block)
+            empty = rng.random() < terrain.square_share or (column == 0 and row == 0)
+            house = _house(grid, terrain, rng, column, row, block)
             if not empty:
-                _build(solid, grid, params, rng, house, draws)
+                _build(solid, grid, terrain, rng, house, draws)
     return solid
 
 
 def _house(
-    grid: VoxelGrid, params: TownParams, rng: np.random.Generator, column: int, row: int, block: int
+    grid: VoxelGrid, terrain: TownTerrain, rng: np.random.Generator, column: int, row: int, block: int
 ) -> tuple[int, int, int, int, int]:
     """West, south, east, north and height of a block's building in voxels."""
-    margins = np.rint(0.5 * rng.uniform(*params.street_m, 4) / grid.voxel_m).astype(int)
-    height = max(3, round(float(rng.uniform(*params.height_m)) / grid.voxel_m))
+    margins = np.rint(0.5 * rng.uniform(*terrain.street_m, 4) / grid.voxel_m).astype(int)
+    height = max(3, round(float(rng.uniform(*terrain.height_m)) / grid.voxel_m))
     west, south = column + int(margins[0]), row + int(margins[1])
     east = min(column + block - int(margins[2]), grid.columns - int(margins[2]))
     north = min(row + block - int(margins[3]), grid.rows - int(margins[3]))
@@ -76,7 +42,7 @@ def _house(
 def _build(
     solid: BoolArray,
     grid: VoxelGrid,
-    params: TownParams,
+    terrain: TownTerrain,
     rng: np.random.Generator,
     house: tuple[int, int, int, int, int],
     draws: np.ndarray[tuple[int], np.dtype[np.float64]],
@@ -91,14 +57,14 @@ def _build(
     if rng.random() < 0.5:  # an L: one corner is lower
         solid[corner_e:east, corner_n:north, 1 + height // 2 : 1 + height] = False
     storey, reach = round(5 * unit), max(1, round(2 * unit))
-    if draws[0] < params.overhang_share and height > storey + reach:
+    if draws[0] < terrain.overhang_share and height > storey + reach:
         low = 1 + storey
         solid[max(0, west - reach) : west, south:north, low : low + reach] = True
         solid[west:east, north : north + reach, low : low + reach] = True
-    if draws[1] < params.passage_share and height > storey + 1:
+    if draws[1] < terrain.passage_share and height > storey + 1:
         middle, half = (south + north) // 2, max(2, round(3 * unit))
         solid[west:east, middle - half : middle + half, 1 : 1 + storey] = False
-    if draws[2] < params.bridge_share and height > storey + reach:
+    if draws[2] < terrain.bridge_share and height > storey + reach:
         low, middle = 1 + storey, (south + north) // 2
-        beyond = min(grid.columns - 1, east + round(params.street_m[1] * unit))
+        beyond = min(grid.columns - 1, east + round(terrain.street_m[1] * unit))
         solid[east:beyond, middle - reach : middle + reach, low : low + reach] = True

@@ -9,7 +9,7 @@ import zlib
 import numpy as np
 import numpy.typing as npt
 
-from sim_bridge.town import TownParams, draw_town
+from sim_bridge.town import draw_town
 from vehicle_agent.domain.compiled import compiled
 from vehicle_agent.domain.frames import FloatArray, Point
 from vehicle_agent.domain.polygon import BoolArray
@@ -99,7 +99,7 @@ class Town:
             solid = _read(plan, grid, terrain.file)
         else:
             rng = np.random.default_rng(np.random.SeedSequence(plan.mission.seed, spawn_key=TOWN_SPAWN_KEY))
-            solid = draw_town(grid, _params(terrain), rng)
+            solid = draw_town(grid, terrain, rng)
         town = cls(grid, solid)
         town._check_starts(plan)
         return town
@@ -143,13 +143,6 @@ class Town:
                     f"{where}.start_enu_m: ({east_m:g}, {north_m:g}) lies inside, under or against a building; move "
                     "the start to open ground"
                 )
-
-
-def _params(terrain: TownTerrain) -> TownParams:
-    return TownParams(
-        terrain.block_m, terrain.street_m, terrain.height_m, terrain.overhang_share, terrain.passage_share,
-        terrain.bridge_share, terrain.square_share,
-    )  # fmt: skip
 
 
 def _read(plan: MissionPlan, grid: VoxelGrid, file: str) -> BoolArray:

@@ -13,9 +13,10 @@ from missions.bench.pool import measure_all
 from missions.bench.results import Row, save_rows
 from missions.bench.urban_run import UrbanExploration, UrbanParams, UrbanRun
 from sim_bridge.observable import observable_of
-from sim_bridge.town import TownParams, draw_town
+from sim_bridge.town import draw_town
 from vehicle_agent.domain.ray_fan import down_looking_fan
 from vehicle_agent.domain.voxel_grid import VoxelGrid
+from vehicle_agent.mission.terrain import TownTerrain
 
 SIDE_M, HEIGHT_M, VOXEL_M = 100.0, 30.0, 1.0
 TOWN_SPAWN_KEY = 3000
@@ -56,7 +57,7 @@ def measure(case: Case) -> Outcome:
     params = UrbanParams()
     grid = VoxelGrid(0.0, 0.0, -VOXEL_M, VOXEL_M, round(SIDE_M), round(SIDE_M), round(HEIGHT_M))
     rng = np.random.default_rng(np.random.SeedSequence(case.seed, spawn_key=(TOWN_SPAWN_KEY, case.environment)))
-    solid = draw_town(grid, TownParams(), rng)
+    solid = draw_town(grid, TownTerrain(), rng)
     fan = down_looking_fan(params.range_m / VOXEL_M)
     ceiling = grid.voxel_of((0.5, 0.5, params.ceiling_m))[2]
     starts = [(4 + 4 * (place % 3), 4 + 4 * (place // 3), ceiling) for place in range(case.vehicles)]

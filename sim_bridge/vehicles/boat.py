@@ -5,41 +5,24 @@ from __future__ import annotations
 import math
 
 from sim_bridge.battery import IDLE_LOAD
-from sim_bridge.modes import Behaviour, LandedState
-from sim_bridge.vehicle import Vehicle
+from sim_bridge.modes import Behaviour
+from sim_bridge.vehicles.hull import Hull
 from vehicle_agent.domain.frames import Point
 
 UNDER_WAY_M = 1.0
 """Distance from where it was armed at which it has been under way."""
 
 
-class Boat(Vehicle):
+class Boat(Hull):
     """One surface vessel."""
 
     last_resort = Behaviour.BRAKE
-
-    @property
-    def landed_state(self) -> LandedState:
-        return LandedState.IN_AIR if self.armed else LandedState.ON_GROUND
 
     def height_error_m(self, upward_m: float) -> float:
         return 0.0
 
     def _within_reach(self, position_enu_m: Point) -> Point:
         return (position_enu_m[0], position_enu_m[1], self._bodies.water_level_m)
-
-    def _home_here(self) -> Point:
-        return self._within_reach(self.pilot.position_enu_m)
-
-    def _may_disarm(self) -> bool:
-        return True
-
-    def _on_armed(self) -> None:
-        self.landed = False
-        self._begin(self.behaviour)
-
-    def _on_disarmed(self) -> None:
-        self.landed = True
 
     def _begin(self, behaviour: Behaviour) -> None:
         if behaviour is Behaviour.RETURN and self.home_enu_m is not None:

@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass
 
 from sim_bridge.battery import IDLE_LOAD
-from sim_bridge.modes import Behaviour, LandedState
+from sim_bridge.modes import Behaviour
 from sim_bridge.navigation import FIX_DEPTH_M
-from sim_bridge.vehicle import Vehicle
+from sim_bridge.vehicles.hull import Hull
 from vehicle_agent.domain.frames import Point
 
 DIVED_M = 0.5
@@ -34,8 +34,8 @@ class BottomTracking:
     waiting: bool = False
 
 
-class Submarine(Vehicle):
-    """One underwater vehicle; its home lies at the water's surface, where relative altitude is 0."""
+class Submarine(Hull):
+    """One underwater vehicle; at the water's surface its relative altitude is 0."""
 
     last_resort = Behaviour.SURFACE
 
@@ -49,28 +49,11 @@ class Submarine(Vehicle):
         return self._bodies.water_level_m - float(self._bodies.position_enu_m[self.index, 2])
 
     @property
-    def landed_state(self) -> LandedState:
-        return LandedState.IN_AIR if self.armed else LandedState.ON_GROUND
-
-    @property
     def has_fix(self) -> bool:
         return super().has_fix and self.depth_m <= FIX_DEPTH_M
 
     def _within_reach(self, position_enu_m: Point) -> Point:
         return (*position_enu_m[:2], min(position_enu_m[2], self._bodies.water_level_m))
-
-    def _home_here(self) -> Point:
-        return (*self.pilot.position_enu_m[:2], self._bodies.water_level_m)
-
-    def _may_disarm(self) -> bool:
-        return True
-
-    def _on_armed(self) -> None:
-        self.landed = False
-        self._begin(self.behaviour)
-
-    def _on_disarmed(self) -> None:
-        self.landed = True
 
     def _begin(self, behaviour: Behaviour) -> None:
         if behaviour is Behaviour.SURFACE:

@@ -7,13 +7,14 @@ import pytest
 
 from missions.bench.urban_run import UrbanExploration, UrbanParams, UrbanRun
 from sim_bridge.observable import observable_of
-from sim_bridge.town import TownParams, draw_town
+from sim_bridge.town import draw_town
 from vehicle_agent.domain.polygon import BoolArray
 from vehicle_agent.domain.ray_fan import down_looking_fan, rays_until
 from vehicle_agent.domain.voxel_grid import VoxelGrid
+from vehicle_agent.mission.terrain import TownTerrain
 
 GRID = VoxelGrid(0.0, 0.0, -1.0, 1.0, 44, 44, 17)
-TOWN = TownParams(block_m=22.0, street_m=(7.0, 9.0), height_m=(7.0, 11.0), overhang_share=1.0, passage_share=1.0)
+TOWN = TownTerrain(block_m=22.0, street_m=(7.0, 9.0), height_m=(7.0, 11.0), overhang_share=1.0, passage_share=1.0)
 PARAMS = UrbanParams(range_m=10.0, ceiling_m=13.5, limit_s=600)
 CEILING = 14
 
