@@ -220,3 +220,16 @@ def command(
         targets=(target,),
         **payload,
     )
+
+
+def working(bench: AgentBench | None = None) -> AgentBench:
+    """A bench whose vehicle has been at work for a moment."""
+    bench = bench or AgentBench()
+    bench.run_until(Stage.WORKING)
+    bench.run(3.0)
+    return bench
+
+
+def flight_orders(bench: AgentBench, since: int) -> list[object]:
+    """Everything ordered since then but parameters."""
+    return [a.order for a in bench.actions[since:] if not isinstance(a.order, SetParameter)]

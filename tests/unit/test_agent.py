@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from tests.fakes.agent_bench import EPOCH_S, AgentBench, command
+from tests.fakes.agent_bench import AgentBench, command, flight_orders, working
 from tests.fakes.sim_missions import GROUND_M, sim_plan
 from tests.fakes.talking_fleet import Voice
 from vehicle_agent.behaviour.authority import YIELD_AFTER_S
@@ -17,7 +17,6 @@ from vehicle_agent.ports import (
     Arm,
     FlightMode,
     GoTo,
-    Hold,
     Land,
     Landed,
     SensorScan,
@@ -26,30 +25,16 @@ from vehicle_agent.ports import (
 )
 from vehicle_agent.wire.messages import (
     Claim,
-    CommandResult,
     Digest,
     Event,
     MapDelta,
-    Outcome,
     Repair,
-    Severity,
     Stage,
     Status,
     Verb,
 )
 
 FLYING = (150.0, 200.0, 90.0)
-
-
-def working(bench: AgentBench | None = None) -> AgentBench:
-    bench = bench or AgentBench()
-    bench.run_until(Stage.WORKING)
-    bench.run(3.0)
-    return bench
-
-
-def flight_orders(bench: AgentBench, since: int) -> list[object]:
-    return [a.order for a in bench.actions[since:] if not isinstance(a.order, SetParameter)]
 
 
 # A whole life
@@ -97,113 +82,6 @@ def test_nothing_is_ordered_before_the_autopilot_is_heard() -> None:
         assert not outbox.actions
         assert not bench.said(Status)
     assert bench.agent.stage is Stage.CONNECTING
-
-
-# Before take-off
-
-
-def test_a_rival_controller_is_refused() -> None:
-    bench = AgentBench()
-    bench.set(rival_controller=True)
-    bench.run(2.0)
-    assert bench.agent.stage is Stage.REFUSED
-    assert bench.agent.finished
-    assert not bench.actions
-    (refusal,) = bench.said(Event)
-    assert refusal.severity is Severity.ERROR
-    assert "101" in refusal.text
-
-
-def test_a_rival_that_shows_while_arming_is_refused() -> None:
-    bench = AgentBench()
-    bench.set(ready_to_arm=False)
-    bench.run_until(Stage.ARMING)
-    bench.set(rival_controller=True)
-    bench.run(2.0)
-    assert bench.agent.stage is Stage.REFUSED
-    assert not bench.orders(Arm)
-
-
-def test_a_parameter_that_is_refused_is_named_and_nobody_arms() -> None:
-    bench = AgentBench()
-    bench.refuse = lambda order: "read only" if getattr(order, "name", "") == "FS_GCS_ENABLE" else ""
-    bench.run(60.0)
-    assert bench.agent.stage is Stage.REFUSED
-    assert not bench.orders(Arm)
-    assert "FS_GCS_ENABLE" in bench.said(Event)[-1].text
-    assert "read only" in bench.said(Event)[-1].text
-
-
-def test_refused_arming_is_tried_again_and_explained_once() -> None:
-    bench = AgentBench()
-    bench.refuse = lambda order: "Arm: compass" if isinstance(order, Arm) else ""
-    bench.run(30.0)
-    assert bench.agent.stage is Stage.ARMING
-    assert 5 <= len(bench.orders(Arm)) <= 12
-    assert bench.codes().count("arming-refused") == 1
-    bench.refuse = lambda order: "Arm: battery" if isinstance(order, Arm) else ""
-    bench.run(10.0)
-    assert [e.text for e in bench.said(Event) if e.code == "arming-refused"] == ["Arm: compass", "Arm: battery"]
-    bench.refuse = lambda order: ""
-    bench.run_until(Stage.WORKING)
-
-
-def test_nobody_arms_before_the_autopilot_is_ready() -> None:
-    bench = AgentBench()
-    bench.set(ready_to_arm=False)
-    bench.run(30.0)
-    assert not bench.orders(Arm)
-    bench.set(ready_to_arm=True)
-    bench.run_until(Stage.WORKING)
-
-
-def test_a_pilot_who_flies_before_the_agent_arms_keeps_the_vehicle() -> None:
-    bench = AgentBench()
-    bench.set(ready_to_arm=False)
-    bench.run_until(Stage.ARMING)
-    bench.set(armed=True, landed=Landed.IN_AIR, mode=FlightMode.MANUAL, position_enu_m=FLYING, ready_to_arm=True)
-    since = len(bench.actions)
-    bench.run(30.0)
-    assert bench.agent.stage is Stage.YIELDED
-    assert flight_orders(bench, since) == []
-
-
-def test_a_vehicle_that_disarms_before_take_off_is_armed_again_but_not_for_ever() -> None:
-    bench = AgentBench()
-    bench.refuse = lambda order: "not now" if isinstance(order, TakeOff) else ""
-    for _ in range(400):
-        bench.tick()
-        if bench.agent.stage is Stage.TAKING_OFF and bench.orders(TakeOff):
-            bench.set(armed=False, mode=FlightMode.MANUAL)
-        if bench.agent.finished:
-            break
-    assert bench.agent.stage is Stage.REFUSED
-    assert len(bench.orders(Arm)) == 3
-
-
-def test_a_take_off_that_a_pilot_ends_is_not_begun_again() -> None:
-    bench = AgentBench()
-    bench.run_until(Stage.TAKING_OFF)
-    bench.run(2.0)
-    assert bench.state.position_enu_m[2] > GROUND_M + 5.0
-    bench._target = None
-    bench.set(mode=FlightMode.MANUAL)
-    since = len(bench.actions)
-    bench.run(1.0)
-    bench.set(armed=False, landed=Landed.ON_GROUND)
-    bench.run(30.0)
-    assert bench.agent.stage is Stage.DONE
-    assert flight_orders(bench, since) == []
-
-
-def test_a_lost_take_off_order_is_given_again() -> None:
-    bench = AgentBench()
-    bench.run_until(Stage.TAKING_OFF)
-    bench.deaf = True
-    bench.run(8.0)
-    bench.deaf = False
-    bench.run_until(Stage.WORKING)
-    assert len(bench.orders(TakeOff)) >= 3
 
 
 # Who steers
@@ -296,101 +174,6 @@ def test_a_refused_target_is_told_and_ordered_again() -> None:
     bench.run(4.0)
     assert bench.orders(GoTo, since)
     bench.run_until(Stage.DONE)
-
-
-# Commands
-
-
-def test_hold_resume_return_each_once_with_a_result() -> None:
-    bench = working()
-    for number, (verb, stage) in enumerate(
-        [(Verb.HOLD, Stage.HOLDING), (Verb.RESUME, Stage.WORKING), (Verb.RETURN, Stage.RETURNING)]
-    ):
-        order = command(verb, number)
-        bench.hear(order, order)
-        bench.tick()
-        assert bench.agent.stage is stage
-        bench.hear(order)
-        bench.run(5.0)
-        assert bench.agent.stage is stage
-    results = bench.said(CommandResult)
-    assert [(r.command_id, r.verb, r.outcome) for r in results] == [
-        (0, Verb.HOLD, Outcome.ACCEPTED),
-        (1, Verb.RESUME, Outcome.ACCEPTED),
-        (2, Verb.RETURN, Outcome.ACCEPTED),
-    ]
-    assert all(r.station == "station-1" and r.station_boot_id == 3 for r in results)
-    assert len(bench.orders(Hold)) == 1
-    bench.run_until(Stage.DONE)
-
-
-def test_a_held_vehicle_stays_and_orders_nothing() -> None:
-    bench = working()
-    bench.hear(command(Verb.HOLD))
-    bench.run(2.0)
-    since, place = len(bench.actions), bench.state.position_enu_m
-    bench.run(60.0)
-    assert flight_orders(bench, since) == []
-    assert bench.state.position_enu_m == place
-    assert bench.agent.stage is Stage.HOLDING
-
-
-def test_a_hold_that_was_not_taken_is_ordered_again() -> None:
-    bench = working()
-    bench.refuse = lambda order: "busy" if isinstance(order, Hold) else ""
-    bench.hear(command(Verb.HOLD))
-    bench.run(5.0)
-    bench.refuse = lambda order: ""
-    bench.run(5.0)
-    assert bench.state.mode is FlightMode.HOLD
-
-
-def test_land_lands_here_and_now() -> None:
-    bench = working()
-    place = bench.state.position_enu_m
-    bench.hear(command(Verb.LAND))
-    bench.run_until(Stage.DONE)
-    assert math.dist(bench.state.position_enu_m[:2], place[:2]) < 30.0
-    (landing,) = [s for s in bench.said(Status) if s.stage is Stage.LANDING][:1]
-    assert math.dist(landing.leg_end_cm[:2], landing.position_cm[:2]) == 0  # straight down, not along a way home
-
-
-def test_a_landing_can_be_stopped() -> None:
-    bench = working()
-    bench.hear(command(Verb.LAND, 1))
-    bench.run(3.0)
-    bench.hear(command(Verb.HOLD, 2))
-    bench.run(10.0)
-    assert bench.agent.stage is Stage.HOLDING
-    assert bench.state.armed
-
-
-def test_a_take_off_can_be_broken_off() -> None:
-    bench = AgentBench()
-    bench.run_until(Stage.TAKING_OFF)
-    bench.run(2.0)
-    bench.hear(command(Verb.LAND))
-    bench.run_until(Stage.DONE)
-    assert "took-off" not in bench.codes()
-
-
-def test_commands_out_of_place_are_refused_with_a_reason() -> None:
-    bench = AgentBench()
-    bench.set(ready_to_arm=False)
-    bench.run(3.0)
-    bench.hear(command(Verb.RETURN))
-    bench.tick()
-    (result,) = bench.said(CommandResult)
-    assert result.outcome is Outcome.REFUSED
-    assert result.text
-
-
-def test_commands_of_the_time_before_this_agent_are_refused() -> None:
-    bench = working(AgentBench(time_s=1e6))
-    bench.hear(command(Verb.LAND, stamp_ms=round(EPOCH_S * 1000)))
-    bench.tick()
-    assert bench.agent.stage is Stage.WORKING
-    assert bench.said(CommandResult)[-1].outcome is Outcome.REFUSED
 
 
 # Limits
