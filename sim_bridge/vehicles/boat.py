@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 
-from sim_bridge.battery import IDLE_LOAD
 from sim_bridge.modes import Behaviour
 from sim_bridge.vehicles.hull import Hull
 from vehicle_agent.domain.frames import Point
@@ -33,15 +32,6 @@ class Boat(Hull):
             self.pilot.rest()
         else:
             super()._begin(behaviour)
-
-    def _load(self) -> float:
-        """With the cube of the speed through the water."""
-        if not self.armed:
-            return 0.0
-        east, north, _ = self.pilot.velocity_enu_m_s
-        flow_east, flow_north = self._bodies.flows_m_s[self.index]
-        share = math.hypot(east - flow_east, north - flow_north) / self.settings.speed_m_s
-        return IDLE_LOAD + (1.0 - IDLE_LOAD) * min(share, 1.5) ** 3
 
     def _steer(self, time_s: float) -> None:
         if not self.has_flown and self.home_enu_m is not None:

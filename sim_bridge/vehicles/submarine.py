@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
-from sim_bridge.battery import IDLE_LOAD
 from sim_bridge.modes import Behaviour
 from sim_bridge.navigation import FIX_DEPTH_M
 from sim_bridge.vehicles.hull import Hull
@@ -67,14 +65,6 @@ class Submarine(Hull):
             self.pilot.rest()
         else:
             super()._begin(behaviour)
-
-    def _load(self) -> float:
-        if not self.armed:
-            return 0.0
-        east, north, up = self.pilot.velocity_enu_m_s
-        flow_east, flow_north = self._bodies.flows_m_s[self.index]
-        speed = math.sqrt((east - flow_east) ** 2 + (north - flow_north) ** 2 + up**2)
-        return IDLE_LOAD + (1.0 - IDLE_LOAD) * min(speed / self.settings.speed_m_s, 1.5) ** 3
 
     def _steer(self, time_s: float) -> None:
         if not self.has_flown:

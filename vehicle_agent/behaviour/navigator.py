@@ -168,7 +168,7 @@ class Navigator:
     def make_way(self, around: Surroundings) -> Point | None:
         """Leave a place where a teammate must pass; None where nobody must, or there is no way out now."""
         if not self._may_decide(around):
-            return None
+            return self._make_room(around)
         here, constraints = around.state.position_enu_m, self._constraints(around)
         passages = [p for p in around.passages if constraints.blocks(p.start_enu_m, p.end_enu_m, here)]
         end = way_aside(here, passages, constraints) if passages else None

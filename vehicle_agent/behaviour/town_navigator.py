@@ -111,7 +111,7 @@ class TownNavigator:
         """Leave a place where a teammate must pass; None where nobody must, or there is no way out now."""
         here = around.state.position_enu_m
         if self.leg is not None and not self._is_flown(around.state):
-            return None
+            return self._make_room(around, self._picture(around)) if self._is_time(around) else None
         traffic = Traffic(around.reservations, self._plan.mission.safety.separation_m)
         passages = [p for p in around.passages if traffic.blocks(p.start_enu_m, p.end_enu_m, here)]
         if not passages:
