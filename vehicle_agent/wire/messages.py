@@ -119,7 +119,10 @@ class Status(Message, frozen=True, tag=1, kw_only=True):
     battery_permille: Annotated[int, Meta(ge=-1, le=1000)]
     """Remaining charge in permille; -1 when the autopilot does not know."""
     leg_end_cm: PositionCm
-    """End of the straight leg reserved by the vehicle; its own position when it reserves none."""
+    """End of the straight leg reserved by the vehicle; its own position when it reserves none.
+
+    From arming on it is where the take-off will end.
+    """
     home_cm: PositionCm
     known_permille: Permille
     """Share of the area's cells observed on this vehicle's own map."""
