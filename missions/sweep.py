@@ -26,7 +26,7 @@ MIN_SEPARATION_M = 5.0
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """What is told of one seed among many."""
+    """What is told of one seed among many; `map_error_m` where the mission maps."""
 
     seed: int
     observed_fraction: float
@@ -34,11 +34,13 @@ class Line:
     min_separation_m: float
     fence_breaches: int
     good: bool
+    map_error_m: float | None = None
 
     def __str__(self) -> str:
         mark = "" if self.good else "  <- below the bar"
+        drawn = "" if self.map_error_m is None else f"map error {self.map_error_m:5.3f} m  "
         return (
-            f"seed {self.seed:>6}  observed {100 * self.observed_fraction:6.2f} %  {self.elapsed_s:7.0f} s  "
+            f"seed {self.seed:>6}  observed {100 * self.observed_fraction:6.2f} %  {drawn}{self.elapsed_s:7.0f} s  "
             f"closest {self.min_separation_m:7.1f} m  fence breaches {self.fence_breaches}{mark}"
         )
 
@@ -64,6 +66,8 @@ def simulate_seeds(mission: str, seeds: Sequence[int | None], planner: str | Non
         f"worst: {100 * worst:.2f} % observed, {nearest_m:.1f} m apart, "
         f"{sum(line.fence_breaches for line in lines)} fence breaches; {len(lines) - bad} of {len(lines)} seeds good"
     )
+    if errors_m := [line.map_error_m for line in lines if line.map_error_m is not None]:
+        print(f"map error: mean {np.mean(errors_m):.3f} m, sd {np.std(errors_m):.3f} m, worst {max(errors_m):.3f} m")
     return int(bad > 0)
 
 
@@ -87,6 +91,7 @@ def _line(arguments: tuple[str, int, str | None, Path | None]) -> Line:
         min_separation_m=result.min_separation_m,
         fence_breaches=result.fence_breaches,
         good=_is_good(result),
+        map_error_m=None if result.depth_map is None else result.depth_map.rms_error_m,
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -22,8 +22,10 @@ from vehicle_agent.planning.mapping.survey import SurveyParams
 
 FLOORS: tuple[FloorName, ...] = ("sharp", "slope")
 SAMPLES = VEHICLES * STEPS
-FLEET = SurveyParams(way_m=1_000.0, lines_share=0.6, nodes=2_025, look_ahead_m=1_000.0, part_m=400.0)
+FLEET = SurveyParams(way_m=1_000.0, nodes=6_400, part_m=500.0, step_m=2.0, rounds=300)
 """How the fleet surveys; it has time to think between two soundings."""
+INFORMED = replace(FLEET, part_m=1_000.0)
+"""The yardstick knows how rough the floor is, and needs no second thought."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +40,7 @@ def measure(case: Case) -> list[Outcome]:
     """Survey one floor by every method."""
     return [
         survey_by_fleet(case.floor, case.seed, FLEET),
+        survey_by_fleet(case.floor, case.seed, INFORMED, informed=True),
         survey_by_lines(case.floor, case.seed, SAMPLES),
         survey_by_lines(case.floor, case.seed, round(MORE_SAMPLES * SAMPLES)),
     ]

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import map_coordinates
 
-from missions.terrain.sea_floor import CELL_M, SIDE_M, FloorName, sea_floor
+from missions.terrain.sea_floor import CELL_M, SIDE_M, FloorName, floor_strength, sea_floor
 from vehicle_agent.domain.frames import FloatArray
 from vehicle_agent.domain.relief import Relief
 from vehicle_agent.planning.mapping.survey import Survey, SurveyParams
@@ -82,7 +82,7 @@ class EchoSounder:
 
     def sound(self, places_en_m: FloatArray) -> Soundings:
         """One sounding at every place, (N, 2) ENU metres."""
-        truth = map_coordinates(self._floor_m, (places_en_m / CELL_M - 0.5).T, order=1, mode="nearest")
+        truth = _at(self._floor_m, places_en_m)
         sds = NOISE_SHARE * (-DEPTH_M - truth)
         heights = truth + sds * self._rng.standard_normal(len(truth))
         # A vehicle knows its noise only by the range that it measured.
@@ -104,14 +104,21 @@ def l2_error(floor_m: FloatArray, soundings: Soundings) -> float:
     return float(np.linalg.norm(drawn - truth.ravel()))
 
 
-def survey_by_fleet(floor: FloorName, seed: int, params: SurveyParams) -> Outcome:
-    """Two vehicles, each deciding alone from what it sounded and was told."""
+def survey_by_fleet(floor: FloorName, seed: int, params: SurveyParams, informed: bool = False) -> Outcome:
+    """Two vehicles, each deciding alone from what it sounded and was told.
+
+    `informed` is the yardstick: somebody told them how rough the floor is everywhere, so they need not find out.
+    """
     floor_m = sea_floor(floor, seed)
+    strength = floor_strength(floor, seed) if informed else None
     streams = np.random.SeedSequence(seed, spawn_key=(3_100,)).spawn(VEHICLES)
-    vehicles = [_Surveyor(index, floor_m, np.random.default_rng(streams[index]), params) for index in range(VEHICLES)]
+    vehicles = [
+        _Surveyor(index, EchoSounder(floor_m, np.random.default_rng(streams[index])), params, strength)
+        for index in range(VEHICLES)
+    ]
     for _ in range(STEPS):
-        places = [vehicle.step([other.place for other in vehicles if other is not vehicle]) for vehicle in vehicles]
-        del places
+        for vehicle in vehicles:
+            vehicle.step()
         for vehicle in vehicles:
             for other in vehicles:
                 if other is not vehicle:
@@ -121,8 +128,9 @@ def survey_by_fleet(floor: FloorName, seed: int, params: SurveyParams) -> Outcom
     soundings = Soundings.joined([vehicle.own for vehicle in vehicles])
     slowest_m = max(vehicle.gone_m for vehicle in vehicles)
     return Outcome(
-        floor, seed, "fleet", len(soundings), l2_error(floor_m, soundings), slowest_m / SPEED_M_S, soundings.places_en_m
-    )
+        floor, seed, "informed" if informed else "fleet", len(soundings), l2_error(floor_m, soundings),
+        slowest_m / SPEED_M_S, soundings.places_en_m,
+    )  # fmt: skip
 
 
 def survey_by_lines(floor: FloorName, seed: int, samples: int) -> Outcome:
@@ -163,10 +171,17 @@ class _Surveyor:
         What it has sailed.
     """
 
-    def __init__(self, index: int, floor_m: FloatArray, rng: np.random.Generator, params: SurveyParams) -> None:
+    def __init__(
+        self, index: int, sounder: EchoSounder, params: SurveyParams, known_strength: FloatArray | None
+    ) -> None:
         self._survey = Survey(AREA, index, VEHICLES, params)
-        self._sounder = EchoSounder(floor_m, rng)
+        self._teammates = [other for other in range(VEHICLES) if other != index]
+        self._sounder = sounder
+        self._strengths = None
         self._way = self._survey.first_lines((SIDE_M * index, 0.0))
+        if known_strength is not None:
+            self._strengths = _at(known_strength, self._survey.nodes_en_m)
+            self._way = self._way[:1]
         self._known: list[Soundings] = []
         self._untold: list[Soundings] = []
         self._next = 1
@@ -179,15 +194,14 @@ class _Surveyor:
     def own(self) -> Soundings:
         return Soundings.joined(self._own)
 
-    def step(self, teammates_en_m: list[tuple[float, float]]) -> tuple[float, float]:
-        """Sail at most `STEP_M` along the way and sound there."""
+    def step(self) -> None:
+        """Sail at most `STEP_M` to the next stop of the way and sound there."""
         if self._own:
-            self._sail(teammates_en_m)
+            self._sail()
         sounding = self._sounder.sound(np.array([self.place]))
         self._own.append(sounding)
         self._known.append(sounding)
         self._untold.append(sounding)
-        return self.place
 
     def tell(self) -> list[Soundings]:
         """The next packet: what it has sounded and not told yet, the oldest first."""
@@ -200,33 +214,36 @@ class _Surveyor:
     def hear(self, packet: list[Soundings]) -> None:
         self._known += packet
 
-    def _sail(self, teammates_en_m: list[tuple[float, float]]) -> None:
+    def _sail(self) -> None:
         if self._next >= len(self._way) or self._left_in_part_m <= 0.0:
-            self._decide(teammates_en_m)
-        step_m = STEP_M
-        while step_m > 1e-9 and self._next < len(self._way):
-            corner = self._way[self._next]
-            away_m = math.dist(self.place, corner)
-            part = min(1.0, step_m / max(away_m, 1e-12))
-            self.place = (
-                float(self.place[0] + part * (corner[0] - self.place[0])),
-                float(self.place[1] + part * (corner[1] - self.place[1])),
-            )
-            sailed_m = part * away_m
-            self.gone_m += sailed_m
-            self._left_in_part_m -= sailed_m
-            step_m -= sailed_m
-            if part == 1.0:
-                self._next += 1
-
-    def _decide(self, teammates_en_m: list[tuple[float, float]]) -> None:
-        known = Soundings.joined(self._known)
-        relief = Relief(known.places_en_m, known.heights_m, known.sds_m)
-        left_m = (STEPS - len(self._own)) * STEP_M
-        self._way = self._survey.next_way(
-            self.place, relief, float(known.sds_m.mean()), left_m, np.array(teammates_en_m, dtype=np.float64)
+            self._decide()
+        if self._next >= len(self._way):
+            return
+        stop = self._way[self._next]
+        away_m = math.dist(self.place, stop)
+        share = 1.0 if away_m <= STEP_M + 1e-6 else STEP_M / away_m
+        self.place = (
+            float(self.place[0] + share * (stop[0] - self.place[0])),
+            float(self.place[1] + share * (stop[1] - self.place[1])),
         )
+        self.gone_m += share * away_m
+        self._left_in_part_m -= STEP_M
+        self._next += share == 1.0
+
+    def _decide(self) -> None:
+        known = Soundings.joined(self._known)
+        strengths, nodes = self._strengths, self._survey.nodes_en_m
+        if strengths is None:
+            strengths = Relief(known.places_en_m, known.heights_m, known.sds_m).strength_at(nodes)
+        left_m = (STEPS - len(self._own)) * STEP_M
+        self._way = self._survey.next_way(self.place, strengths, known.places_en_m, left_m, self._teammates)
         self._next, self._left_in_part_m = 1, self._survey.params.part_m
+
+
+def _at(grid_values: FloatArray, places_en_m: FloatArray) -> FloatArray:
+    """Values of a floor's cells at places: (200, 200), (N, 2) -> (N,)."""
+    values: FloatArray = map_coordinates(grid_values, (places_en_m / CELL_M - 0.5).T, order=1, mode="nearest")
+    return values
 
 
 def _usual_track(index: int, turned: bool) -> FloatArray:

@@ -79,20 +79,41 @@ def roughness_of(piece_m: FloatArray, cell_m: float) -> Roughness:
 
 def sea_floor(name: FloorName, seed: int) -> FloatArray:
     """One floor: (200, 200) float64, columns to the east and rows to the north, ENU z at centres of `CELL_M` cells."""
-    rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=DETAIL_SPAWN_KEY))
+    rng = _generator(seed)
+    piece = _piece(name, rng)
+    piece_cell_m = SIDE_M / (len(piece) - 1)
+    surface: FloatArray = map_coordinates(piece, _cells_in(piece), order=3, mode="nearest")
+    detail = _field(roughness_of(piece, piece_cell_m), 2.0 * piece_cell_m, len(surface), rng)
+    return surface + floor_strength(name, seed) * detail
+
+
+def floor_strength(name: FloorName, seed: int) -> FloatArray:
+    """How rough a floor is from place to place, over how rough it is on the whole: (200, 200) float64, no unit."""
+    piece = _piece(name, _generator(seed))
+    strength: FloatArray = map_coordinates(_local_strength(piece), _cells_in(piece), order=1, mode="nearest")
+    return strength
+
+
+def _generator(seed: int) -> np.random.Generator:
+    return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=DETAIL_SPAWN_KEY))
+
+
+def _piece(name: FloorName, rng: np.random.Generator) -> FloatArray:
+    """The real data, scaled, turned and mirrored: (12, 12) ENU metres."""
     with as_file(files("missions.terrain") / "sea_floors.npz") as path, np.load(path, allow_pickle=False) as source:
         piece = source[f"{name}_elevation_m"].astype(np.float64)
     way = int(rng.integers(8))
     piece = np.rot90(piece, way % 4)
     piece = piece[:, ::-1] if way >= 4 else piece
-    piece = TOP_M + RELIEF_M * (piece - piece.max()) / np.ptp(piece)
+    scaled: FloatArray = TOP_M + RELIEF_M * (piece - piece.max()) / np.ptp(piece)
+    return scaled
+
+
+def _cells_in(piece_m: FloatArray) -> FloatArray:
+    """Centres of a floor's cells in rows and columns of the piece: (2, 200, 200)."""
     cells = round(SIDE_M / CELL_M)
-    at = np.array(np.meshgrid(*[(np.arange(cells) + 0.5) / cells * (len(piece) - 1)] * 2, indexing="ij"))
-    piece_cell_m = SIDE_M / (len(piece) - 1)
-    detail = _field(roughness_of(piece, piece_cell_m), 2.0 * piece_cell_m, cells, rng)
-    surface: FloatArray = map_coordinates(piece, at, order=3, mode="nearest")
-    surface += map_coordinates(_local_strength(piece), at, order=1, mode="nearest") * detail
-    return surface
+    at = (np.arange(cells) + 0.5) / cells * (len(piece_m) - 1)
+    return np.array(np.meshgrid(at, at, indexing="ij"))
 
 
 def _field(roughness: Roughness, longest_m: float, cells: int, rng: np.random.Generator) -> FloatArray:

@@ -6,7 +6,6 @@ import numpy as np
 
 from missions.bench.bathymetry import SAMPLES, rows_of
 from missions.bench.bathymetry_run import (
-    SIDE_M,
     STEP_M,
     STEPS,
     EchoSounder,
@@ -15,18 +14,18 @@ from missions.bench.bathymetry_run import (
     survey_by_fleet,
     survey_by_lines,
 )
-from missions.terrain.sea_floor import sea_floor
+from missions.terrain.sea_floor import SIDE_M, sea_floor
 from vehicle_agent.planning.mapping.survey import SurveyParams
 
 KEYS = {"map", "method", "samples", "seeds", "l2_error", "l2_error_sd", "time_s", "error_ratio"}
-QUICK = SurveyParams(way_m=1_000.0, nodes=150, look_ahead_m=400.0, part_m=400.0)
+QUICK = SurveyParams(way_m=1_000.0, nodes=900, part_m=500.0, step_m=2.0, rounds=30)
 
 
 def test_floors_follow_from_their_seed() -> None:
     assert np.array_equal(sea_floor("sharp", 3), sea_floor("sharp", 3))
     assert not np.array_equal(sea_floor("sharp", 3), sea_floor("sharp", 4))
     for name in ("sharp", "slope"):
-        floor = sea_floor(name, 3)  # type: ignore[arg-type]
+        floor = sea_floor(name, 3)
         assert floor.shape == (200, 200)
         assert -26.0 < floor.min() < floor.max() < -3.5
 
@@ -43,6 +42,13 @@ def test_the_fleet_keeps_to_its_steps_and_the_usual_practice_to_the_same_time() 
         assert track.min() >= 0.0
         assert track.max() <= SIDE_M
     assert 0.0 < fleet.l2_error < 2.0 * usual.l2_error
+
+
+def test_who_knows_where_the_floor_is_rough_draws_a_better_map_than_the_usual_practice() -> None:
+    informed = survey_by_fleet("sharp", 5, QUICK, informed=True)
+    assert informed.samples == SAMPLES
+    assert informed.time_s <= STEPS * STEP_M
+    assert informed.l2_error < 0.9 * survey_by_lines("sharp", 5, SAMPLES).l2_error
 
 
 def test_more_soundings_of_the_same_places_draw_a_better_map() -> None:

@@ -6,17 +6,17 @@ import math
 
 import numpy as np
 import pytest
+from scipy.spatial import KDTree
 
 from vehicle_agent.domain.frames import FloatArray
 from vehicle_agent.domain.grid import Grid
 from vehicle_agent.domain.landmarks import LandmarkLayout, LandmarkMap, LandmarkParams
 from vehicle_agent.domain.range_sensing import RangeSensor
-from vehicle_agent.domain.relief import Relief
 from vehicle_agent.planning.interface import Finished, Teammate, Waypoint
-from vehicle_agent.planning.mapping.infill import most_telling_way
+from vehicle_agent.planning.mapping.infill import telling_track
 from vehicle_agent.planning.mapping.interface import HeightBand, MappingSituation
 from vehicle_agent.planning.mapping.survey import Survey, SurveyParams, SurveyPlanner
-from vehicle_agent.planning.mapping.survey_lines import Box, parallel_lines, points_along
+from vehicle_agent.planning.mapping.survey_lines import Box, corners_of, parallel_lines, points_along
 
 AREA = Box(0.0, 0.0, 60.0, 60.0)
 
@@ -51,37 +51,71 @@ def test_points_along_a_way_are_a_step_apart() -> None:
     assert points[-1].tolist() == [10.0, 5.0]
 
 
-def test_the_most_telling_way_goes_where_uncertainty_is_and_keeps_its_length() -> None:
-    axis = np.arange(2.0, 60.0, 4.0)
-    nodes = np.stack(np.meshgrid(axis, axis, indexing="ij"), axis=-1).reshape(-1, 2)
-    variance = np.where(nodes[:, 0] > 40.0, 1.0, 0.001)
-    near = np.exp(-0.5 * ((nodes[:, None] - nodes) ** 2).sum(axis=2) / 4.0**2)
-    covariance = near * np.sqrt(variance[:, None] * variance)
-    way = most_telling_way(5.0, 5.0, nodes, covariance.copy(), np.ones(len(nodes)), 0.01, 120.0, 2.0)
-    assert way[0].tolist() == [5.0, 5.0]
-    assert length_m(way) <= 120.0 + 1e-6
-    assert np.mean(way[1:, 0] > 40.0) > 0.6
-    assert len(np.unique(way, axis=0)) == len(way), "no place twice"
+def nodes_every(step_m: float) -> FloatArray:
+    axis = np.arange(0.5 * step_m, 60.0, step_m)
+    return np.stack(np.meshgrid(axis, axis, indexing="ij"), axis=-1).reshape(-1, 2)
 
 
-def test_nothing_in_reach_makes_no_way() -> None:
-    nodes = np.array([[50.0, 50.0]])
-    way = most_telling_way(0.0, 0.0, nodes, np.eye(1), np.ones(1), 0.1, 10.0, 1.0)
-    assert way.tolist() == [[0.0, 0.0]]
+def test_corners_leave_no_place_of_a_track_far_aside() -> None:
+    at = np.linspace(0.0, 6.0, 80)
+    track = np.column_stack((5.0 * at, 6.0 * np.sin(at)))
+    corners = corners_of(track, 0.5)
+    assert 3 < len(corners) < 20
+    assert corners[0].tolist() == track[0].tolist()
+    assert corners[-1].tolist() == track[-1].tolist()
+    legs = [points_along(corners[i : i + 2], 0.05) for i in range(len(corners) - 1)]
+    assert np.min(np.hypot(*(track[:, None] - np.concatenate(legs)).transpose(2, 0, 1)), axis=1).max() < 0.6
 
 
-def test_two_vehicles_share_what_is_uncertain() -> None:
-    """Each keeps to its side of a cut with equal uncertainty on both, whatever the other does."""
-    rng = np.random.default_rng(2)
-    places = rng.uniform(0.0, 60.0, (80, 2))
-    relief = Relief(places, -10.0 + rng.normal(0.0, 0.5, 80), np.full(80, 0.05))
-    params = SurveyParams(way_m=500.0, nodes=225, foreign_weight=0.0)
-    here = ((10.0, 30.0), (50.0, 30.0))
-    ways = [
-        Survey(AREA, index, 2, params).next_way(here[index], relief, 0.05, 200.0, np.array([here[1 - index]]))
-        for index in range(2)
-    ]
-    assert ways[0][1:, 0].max() <= ways[1][1:, 0].min() + 4.0
+def test_a_track_lies_close_on_rough_ground_and_keeps_its_length_and_its_steps() -> None:
+    nodes = nodes_every(1.5)
+    strengths = np.asarray(np.where(nodes[:, 0] > 30.0, 1.0, 0.1))
+    track = telling_track(np.array([5.0, 5.0]), nodes, strengths, np.full(len(nodes), 1e3), 300.0, 2.0, 1.5, 100)
+    assert track[0].tolist() == [5.0, 5.0]
+    links_m = np.hypot(*np.diff(track, axis=0).T)
+    assert links_m.max() <= 2.0 + 1e-9
+    assert links_m.sum() <= 300.0 + 1e-6
+    assert 0.0 <= track.min() <= track.max() <= 60.0
+    away_m = np.asarray(KDTree(track).query(nodes)[0])
+    # Where the roughness is ten times as strong, tracks would lie 10^0.8 times closer on unbounded ground.
+    assert away_m[strengths == 1.0].mean() < 0.5 * away_m[strengths < 1.0].mean()
+
+
+def test_a_track_leaves_out_what_was_sounded_already() -> None:
+    nodes = nodes_every(2.0)
+    away_m = np.where(nodes[:, 1] < 30.0, 0.5, 40.0)
+    track = telling_track(np.array([30.0, 32.0]), nodes, np.ones(len(nodes)), away_m, 200.0, 2.0, 1.5, 50)
+    assert np.mean(track[:, 1] > 28.0) > 0.95
+
+
+def test_settling_makes_a_track_that_tells_more() -> None:
+    nodes, start = nodes_every(1.5), np.array([1.0, 1.0])
+    errors = []
+    for rounds in (0, 150):
+        track = telling_track(start, nodes, np.ones(len(nodes)), np.full(len(nodes), 1e3), 500.0, 2.0, 1.5, rounds)
+        errors.append(np.mean(KDTree(track).query(nodes)[0] ** 1.5))
+    assert errors[1] < 0.9 * errors[0]
+
+
+def test_nothing_in_reach_makes_no_track() -> None:
+    track = telling_track(np.zeros(2), np.array([[50.0, 50.0]]), np.ones(1), np.full(1, 1e3), 10.0, 1.0, 1.5, 10)
+    assert track.tolist() == [[0.0, 0.0]]
+
+
+def test_two_vehicles_share_the_work() -> None:
+    """Each keeps to its side of a cut with equal work on both; who is alone takes all."""
+    params = SurveyParams(way_m=500.0, nodes=900, rounds=20)
+    sounded = np.array([[10.0, 30.0], [50.0, 30.0]])
+    ways = []
+    for index in range(2):
+        survey = Survey(AREA, index, 2, params)
+        strengths = np.where(survey.nodes_en_m[:, 0] < 20.0, 1.0, 0.1)
+        ways.append(survey.next_way((float(sounded[index, 0]), 30.0), strengths, sounded, 300.0, [1 - index]))
+    assert ways[0].max(axis=0)[0] < 20.0
+    # It begins far inside its teammate's share, and lets its way there count for nothing.
+    assert np.median(ways[1][:, 0]) > 15.0
+    alone = Survey(AREA, 0, 2, params).next_way((10.0, 30.0), np.ones(900), sounded, 400.0, [])
+    assert np.ptp(alone[:, 0]) > 40.0
 
 
 def landmarks() -> LandmarkMap:
@@ -98,7 +132,7 @@ def situation(known: LandmarkMap, place: tuple[float, float], teammates: tuple[T
 
 def test_the_planner_sails_legs_within_reach_until_its_way_is_used_up() -> None:
     known, place = landmarks(), (5.0, 5.0)
-    planner = SurveyPlanner(Survey(AREA, 0, 1, SurveyParams(way_m=900.0, nodes=100, part_m=40.0)))
+    planner = SurveyPlanner(Survey(AREA, 0, 1, SurveyParams(way_m=900.0, nodes=400, part_m=40.0, rounds=10)))
     reasons, sailed_m = set(), 0.0
     for _ in range(1_000):
         decision = planner.ask(situation(known, place))
@@ -116,7 +150,7 @@ def test_the_planner_sails_legs_within_reach_until_its_way_is_used_up() -> None:
         known.observe(np.array([cell]), np.array([-10.0 + 0.05 * place[0]]), np.array([0.1]))
     else:
         pytest.fail("never finished")
-    assert reasons == {"line,", "uncertain"}
+    assert reasons == {"line,", "rough"}
     assert 0.8 * 900.0 < sailed_m < 900.0 + 60.0
 
 

@@ -26,7 +26,7 @@ from vehicle_agent.planning.mapping.interface import HeightBand, MappingPlanner,
 from vehicle_agent.planning.travel import way_length_m
 from vehicle_agent.ports import VehicleState
 
-ARRIVED_M = 1.0
+ARRIVED_M = 1.5
 OVER_HOME_M = 2.0
 WAIT_S = 2.0
 SURFACED_M = 0.1
@@ -185,6 +185,7 @@ class DepthNavigator:
             self._talk.teammates(around.now_s, mission.safety.teammate_silence_s),
             mission.radio.range_m or math.inf,
             self._drift.unfixed_s,
+            around.now_s,
         )
 
     def _admissible(self, ends_enu_m: FloatArray) -> BoolArray:

@@ -1,59 +1,55 @@
-"""A surface from scattered soundings, and how uncertain it is everywhere: Gaussian basis functions of several widths.
+"""A surface from scattered soundings, and how uncertain it is everywhere.
 
-The map is a sum of Gaussians that stand on the soundings (Kapoutsis 2015, eq. 1 and 3 with a width); their weights are
-the weighted least squares solution that a Gaussian process prior regularises, so every place has a standard deviation
-too. The broad Gaussians are equally likely everywhere. How high the narrower ones rise is judged from place to place by
-what the broader ones leave unexplained there: rough ground is drawn sharply and smooth ground smoothly.
+The map is a sum of basis functions that stand on the soundings (Kapoutsis 2015, eq. 1-3); their weights are the
+weighted least squares solution that a Gaussian process prior regularises, so every place has a standard deviation too.
+The prior is a broad swell plus roughness without a scale of its own: increments over a distance r have a mean square
+proportional to r^1.5, as measured on sea floors of many kinds (a Hurst exponent of 0.75; Goff and Jordan 1988 found 0.7
+to 1). How strong the roughness is on the whole is fitted to the soundings by maximum likelihood. How strong it is from
+place to place follows from how far each sounding lies from what the others predict there, so that rough ground is drawn
+sharply and even ground smoothly.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
+from scipy.optimize import minimize_scalar
 
 from vehicle_agent.domain.frames import FloatArray
 
 AT_ONCE = 2_000
 """Places worked out together."""
-HELD_OUT_M = 3.5
-"""Soundings this near to one are held out with it when its prediction is judged."""
+SWELL_M, SWELL_WIDTH_M = 5.0, 32.0
+"""Height and width of the Gaussians of the swell, from the size of a harbour basin."""
+EXPONENT = 1.5
+"""Of distance, in the mean square of the roughness's increments: twice the Hurst exponent."""
+FADES_M = 40.0
+"""Over this distance the roughness is no longer alike."""
+LEAST_ROUGH_M, MOST_ROUGH_M = 0.02, 20.0
+"""Standard deviation of the roughness, within which it is fitted."""
+FITTED_TO = 400
+"""Soundings at most from which the strength on the whole is fitted."""
 SURPRISED_WITHIN_M = 8.0
-SECOND_THOUGHTS = 2
-"""How often the rises are corrected by how well held-out soundings are predicted."""
+"""Standard deviation of the Gaussian over which soundings tell how rough a place is."""
+WEAKEST = 0.01
+"""Roughness of a place over that on the whole, at least."""
 
 
 @dataclass(frozen=True, slots=True)
-class Width:
-    """Gaussians of one width.
+class _Surprises:
+    """What each sounding differs from its prediction by the others.
 
     Attributes
     ----------
-    width_m
-        Their standard deviation.
-    height_m
-        How high they rise: everywhere, or as assumed where nothing is known yet.
-    seen_from_m
-        Around a place, soundings this near tell how high they rise there; None when they are alike everywhere.
-    blind_m
-        Standard deviation to which the broader Gaussians are fitted when what they leave is judged.
+    squares_m2 : (N,), the square of the difference, less the sounding's own variance.
+    expected_m2 : (N,), what that would be where the roughness is as strong as on the whole.
     """
 
-    width_m: float
-    height_m: float
-    seen_from_m: float | None = None
-    blind_m: float = 0.0
-
-
-WIDTHS = (
-    Width(32.0, 5.0),
-    Width(16.0, 0.6, 20.0, 0.8),
-    Width(8.0, 0.3, 12.0, 0.4),
-    Width(4.0, 0.1, 7.0, 0.2),
-    Width(2.0, 0.05, 6.0, 0.1),
-)
-"""Octaves from the size of a harbour basin to that of a rock."""
+    squares_m2: FloatArray
+    expected_m2: FloatArray
 
 
 class Relief:
@@ -68,58 +64,50 @@ class Relief:
     Raises ValueError without soundings, or when one is not finite.
     """
 
-    def __init__(
-        self, places_en_m: FloatArray, heights_m: FloatArray, sds_m: FloatArray, widths: tuple[Width, ...] = WIDTHS
-    ) -> None:
+    def __init__(self, places_en_m: FloatArray, heights_m: FloatArray, sds_m: FloatArray) -> None:
         if len(places_en_m) == 0 or not (np.isfinite(heights_m).all() and np.isfinite(sds_m).all()):
             raise ValueError("a relief needs soundings, all finite")
-        self._places, self._widths = places_en_m, widths
+        self._places = places_en_m
         self._mean = float(np.average(heights_m, weights=sds_m**-2.0))
-        self._surprises: list[FloatArray] = []
-        self._left = self._leftovers(heights_m - self._mean, sds_m)
-        self._fit(heights_m - self._mean, sds_m)
-        for _ in range(SECOND_THOUGHTS):
-            self._surprises.append(self._held_out())
-            self._fit(heights_m - self._mean, sds_m)
+        self._surprises: _Surprises | None = None
+        rest_m = heights_m - self._mean
+        swell, rough = _swell_and_roughness(_distances(places_en_m, places_en_m))
+        self._fit(rest_m, sds_m, swell, rough)
+        self._surprises = self._judge(sds_m)
+        self._fit(rest_m, sds_m, swell, rough)
 
-    def _leftovers(self, rest_m: FloatArray, sds_m: FloatArray) -> list[FloatArray | None]:
-        """Per width, the squares that the broader ones leave at every sounding, less its noise."""
-        leftovers: list[FloatArray | None] = []
-        covariance = np.zeros((len(self._places), len(self._places)))
-        for width in self._widths:
-            left = None
-            if width.seen_from_m is not None:
-                spread = sds_m**2 + width.blind_m**2
-                weights = cho_solve(cho_factor(covariance + np.diag(spread), lower=True), rest_m)
-                left = np.maximum((spread * weights) ** 2 - sds_m**2, 0.0)
-            leftovers.append(left)
-            rise = self._rise(width, left, self._places)
-            covariance += rise[:, None] * rise * _gaussians(self._places, self._places, width.width_m)
-        return leftovers
-
-    def _fit(self, rest_m: FloatArray, sds_m: FloatArray) -> None:
-        self._rises = self._rises_at(self._places)
-        covariance = np.diag(sds_m**2)
-        for width, rise in zip(self._widths, self._rises, strict=True):
-            covariance += rise[:, None] * rise * _gaussians(self._places, self._places, width.width_m)
+    def _fit(self, rest_m: FloatArray, sds_m: FloatArray, swell: FloatArray, rough: FloatArray) -> None:
+        """Fit the strength of the roughness, then the weights; `swell` and `rough` are (N, N)."""
+        self._strength = self.strength_at(self._places)
+        shaped = self._strength[:, None] * self._strength * rough
+        some = slice(None, None, math.ceil(len(rest_m) / FITTED_TO))
+        fixed = swell[some, some] + np.diag(sds_m[some] ** 2)
+        self._rough_m = _most_likely(rest_m[some], fixed, shaped[some, some])
+        covariance = swell + np.diag(sds_m**2) + self._rough_m**2 * shaped
         self._factor = cho_factor(covariance, lower=True)
         self._weights: FloatArray = cho_solve(self._factor, rest_m)
 
-    def _held_out(self) -> FloatArray:
-        """(N, 2): square of what each sounding differs from its prediction by those not beside it, and its variance.
+    def _judge(self, sds_m: FloatArray) -> _Surprises:
+        """Predict every sounding by all others."""
+        inverse = solve_triangular(self._factor[0], np.eye(len(sds_m)), lower=True)
+        variance = 1.0 / (inverse**2).sum(axis=0)
+        squares = (self._weights * variance) ** 2
+        noise = sds_m**2
+        return _Surprises(np.maximum(squares - noise, 0.0), np.maximum(variance - noise, 1e-9))
 
-        The soundings around a place are held out together, so that what counts is how well the gaps between tracks are
-        filled, not how well a track continues.
-        """
-        precision = cho_solve(self._factor, np.eye(len(self._places)))
-        away = np.hypot(*(self._places[:, None] - self._places).transpose(2, 0, 1))
-        surprises = np.empty((len(self._places), 2))
-        for sounding in range(len(self._places)):
-            beside = np.flatnonzero(away[sounding] < HELD_OUT_M)
-            predicted = np.linalg.inv(precision[np.ix_(beside, beside)])
-            own = int(np.flatnonzero(beside == sounding)[0])
-            surprises[sounding] = float(predicted[own] @ self._weights[beside]) ** 2, predicted[own, own]
-        return surprises
+    def strength_at(self, places_en_m: FloatArray) -> FloatArray:
+        """How rough the surface is at places, over how rough it is on the whole: (M, 2) -> (M,) float64, no unit."""
+        if self._surprises is None:
+            return np.ones(len(places_en_m))
+        squares, expected = self._surprises.squares_m2, self._surprises.expected_m2
+        whole = max(float(squares.sum() / expected.sum()), 1e-12)
+        parts = []
+        for first in range(0, len(places_en_m), AT_ONCE):
+            away = _distances(places_en_m[first : first + AT_ONCE], self._places)
+            near = np.exp(-0.5 * (away / SURPRISED_WITHIN_M) ** 2)
+            usual = float(expected.mean())  # one sounding more that is as surprising as all are
+            parts.append((near @ squares / whole + usual) / (near @ expected + usual))
+        return np.maximum(np.sqrt(np.concatenate(parts)), WEAKEST) if parts else np.empty(0)
 
     def heights_at(self, places_en_m: FloatArray) -> FloatArray:
         """The surface at places, (M, 2) -> (M,) float64 metres."""
@@ -134,53 +122,43 @@ class Relief:
         parts = []
         for first in range(0, len(places_en_m), AT_ONCE):
             places = places_en_m[first : first + AT_ONCE]
-            prior = sum(rise**2 for rise in self._rises_at(places))
+            prior = SWELL_M**2 + (self._rough_m * self.strength_at(places)) ** 2
             told = solve_triangular(self._factor[0], self._towards(places).T, lower=True)
             parts.append(np.sqrt(np.maximum(prior - (told**2).sum(axis=0), 0.0)))
         return np.concatenate(parts) if parts else np.empty(0)
 
-    def covariance_of(self, places_en_m: FloatArray) -> FloatArray:
-        """What is uncertain together: covariance of the surface at places, (M, 2) -> (M, M) float64 square metres."""
-        covariance = np.zeros((len(places_en_m), len(places_en_m)))
-        for width, rise in zip(self._widths, self._rises_at(places_en_m), strict=True):
-            covariance += rise[:, None] * rise * _gaussians(places_en_m, places_en_m, width.width_m)
-        told = solve_triangular(self._factor[0], self._towards(places_en_m).T, lower=True)
-        left: FloatArray = covariance - told.T @ told
-        return left
-
     def _towards(self, places_en_m: FloatArray) -> FloatArray:
         """Prior covariance of places with the soundings: (M, N)."""
-        covariance = np.zeros((len(places_en_m), len(self._places)))
-        for width, rise, own in zip(self._widths, self._rises_at(places_en_m), self._rises, strict=True):
-            covariance += rise[:, None] * own * _gaussians(places_en_m, self._places, width.width_m)
+        swell, rough = _swell_and_roughness(_distances(places_en_m, self._places))
+        strength = self.strength_at(places_en_m)
+        covariance: FloatArray = swell + self._rough_m**2 * strength[:, None] * self._strength * rough
         return covariance
 
-    def _rises_at(self, places_en_m: FloatArray) -> list[FloatArray]:
-        rises = [self._rise(width, left, places_en_m) for width, left in zip(self._widths, self._left, strict=True)]
-        near = _gaussians(places_en_m, self._places, SURPRISED_WITHIN_M)
-        for surprise in self._surprises:
-            usual = surprise[:, 1].mean()
-            more = np.sqrt((near @ surprise[:, 0] + usual) / (near @ surprise[:, 1] + usual))
-            more = np.clip(more, 0.5, 2.0)
-            rises = [
-                rise if width.seen_from_m is None else rise * more
-                for width, rise in zip(self._widths, rises, strict=True)
-            ]
-        return rises
 
-    def _rise(self, width: Width, left: FloatArray | None, places_en_m: FloatArray) -> FloatArray:
-        """How high the Gaussians of one width rise at places, from the squares that broader ones leave around."""
-        if left is None or width.seen_from_m is None:
-            return np.full(len(places_en_m), width.height_m)
-        near = _gaussians(places_en_m, self._places, width.seen_from_m)
-        mean = (near @ left + width.height_m**2) / (near.sum(axis=1) + 1.0)
-        rise: FloatArray = np.sqrt(mean)
-        return rise
+def _most_likely(rest_m: FloatArray, fixed_m2: FloatArray, shaped: FloatArray) -> float:
+    """Standard deviation of the roughness under which the soundings are most likely, metres."""
+
+    def unlikely(log_rough: float) -> float:
+        factor, _ = cho_factor(fixed_m2 + math.exp(2.0 * log_rough) * shaped, lower=True)
+        whitened = solve_triangular(factor, rest_m, lower=True)
+        return float(0.5 * whitened @ whitened + np.log(np.diag(factor)).sum())
+
+    span = (math.log(LEAST_ROUGH_M), math.log(MOST_ROUGH_M))
+    return math.exp(minimize_scalar(unlikely, bounds=span, method="bounded", options={"xatol": 0.05}).x)
 
 
-def _gaussians(places_en_m: FloatArray, centres_en_m: FloatArray, width_m: float) -> FloatArray:
-    """(M, 2), (N, 2) -> (M, N), Kapoutsis 2015 eq. 3 with a width."""
-    east = places_en_m[:, 0, None] - centres_en_m[:, 0]
-    north = places_en_m[:, 1, None] - centres_en_m[:, 1]
-    values: FloatArray = np.exp(-0.5 * (east**2 + north**2) / width_m**2)
-    return values
+def _swell_and_roughness(away_m: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Covariance of the swell, square metres, and correlation of the roughness, over distances (Kapoutsis 2015, eq. 3).
+
+    The roughness's is the powered exponential, whose realisations are as rough as those of the power law.
+    """
+    swell = SWELL_M**2 * np.exp(-0.5 * (away_m / SWELL_WIDTH_M) ** 2)
+    return swell, np.exp(-((away_m / FADES_M) ** EXPONENT))
+
+
+def _distances(places_en_m: FloatArray, others_en_m: FloatArray) -> FloatArray:
+    """(M, 2), (N, 2) -> (M, N) metres."""
+    distances: FloatArray = np.hypot(
+        places_en_m[:, 0, None] - others_en_m[:, 0], places_en_m[:, 1, None] - others_en_m[:, 1]
+    )
+    return distances

@@ -9,7 +9,7 @@ from vehicle_agent.planning.mapping.survey import Survey, SurveyParams, SurveyPl
 from vehicle_agent.planning.mapping.survey_lines import Box
 
 UNDER_WAY_SHARE = 0.7
-"""Of the time limit; the rest goes to turns and to fixes at the surface."""
+"""Of the time limit, until it shows; the rest goes to turns and to fixes at the surface."""
 
 
 def make_mapping_planner(plan: MissionPlan, index: int) -> MappingPlanner:
@@ -22,7 +22,7 @@ def make_mapping_planner(plan: MissionPlan, index: int) -> MappingPlanner:
             grid, margin_m = plan.grid, mission.area.fence_margin_m
             box = Box(grid.west_m + margin_m, grid.south_m + margin_m, grid.east_m - margin_m, grid.north_m - margin_m)
             way_m = UNDER_WAY_SHARE * mission.vehicles[index].speed_m_s * mission.stop.time_limit_s
-            return SurveyPlanner(Survey(box, index, vehicles, SurveyParams(way_m)))
+            return SurveyPlanner(Survey(box, index, vehicles, SurveyParams(way_m, time_s=mission.stop.time_limit_s)))
         case "viewpoints":
             from vehicle_agent.planning.mapping.default import ViewpointPlanner  # its kernels load only where used
 

@@ -65,6 +65,8 @@ class MappingSituation:
         Somebody should be within this distance after the leg; infinite when the radio reaches everywhere.
     unfixed_s
         Seconds since its last position fix.
+    now_s
+        The vehicle's time.
     """
 
     index: int
@@ -77,6 +79,7 @@ class MappingSituation:
     teammates: tuple[Teammate, ...] = field(default=())
     radio_range_m: float = math.inf
     unfixed_s: float = 0.0
+    now_s: float = 0.0
 
 
 class MappingPlanner(Protocol):

@@ -9,14 +9,14 @@ from vehicle_agent.domain.landmarks import LandmarkLayout, LandmarkMap, Landmark
 from vehicle_agent.domain.polygon import BoolArray
 from vehicle_agent.domain.range_sensing import RangeSensor
 from vehicle_agent.planning.interface import Teammate
-from vehicle_agent.planning.mapping.infill import most_telling_way
+from vehicle_agent.planning.mapping.infill import telling_track
 from vehicle_agent.planning.mapping.interface import HeightBand, MappingSituation
 
 
 def warm_up() -> None:
     """Call the kernels of surveys with the types they are used with."""
     nodes = np.array([[1.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0]])
-    most_telling_way(0.0, 0.0, nodes, np.eye(4), np.ones(4), 0.1, 10.0, 1.0)
+    telling_track(np.zeros(2), nodes, np.ones(4), np.ones(4), 10.0, 1.0, 1.5, 1)
 
 
 def warm_up_viewpoints() -> None:

@@ -1,28 +1,35 @@
-"""Sails lines over its part of the area first, then where the map is least certain: a survey that looks where it pays.
+"""Sails a few lines over its part of the area first, then densely where it is rough and sparsely where it is even.
 
-The first lines lie as far apart as leaves enough of the way for later. From what they found a relief is fitted; then
-again and again the most telling way from here is worked out over this vehicle's share of what is uncertain, and a part
-of it sailed. Vehicles share by a cut that leaves equal uncertainty on both sides, each from its own map alone.
+The first lines show how rough the ground is from place to place. From what was found a relief is fitted; then the most
+telling track from here is worked out for all of the way that is left, over this vehicle's share of the ground, a part
+of it sailed, and the rest worked out anew. Vehicles share by a cut that leaves equal work on both sides, each from its
+own map alone.
 """
 
 from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import KDTree
 
 from vehicle_agent.domain.frames import FloatArray
 from vehicle_agent.domain.polygon import BoolArray
-from vehicle_agent.domain.relief import Relief
-from vehicle_agent.planning.interface import Decision, Finished, Teammate, Waypoint
-from vehicle_agent.planning.mapping.infill import most_telling_way
+from vehicle_agent.domain.relief import EXPONENT, Relief
+from vehicle_agent.planning.interface import Decision, Finished, Waypoint
+from vehicle_agent.planning.mapping.infill import telling_track
 from vehicle_agent.planning.mapping.interface import MappingSituation
-from vehicle_agent.planning.mapping.survey_lines import Box, parallel_lines
+from vehicle_agent.planning.mapping.survey_lines import Box, corners_of, parallel_lines
 
 MOST_SOUNDINGS = 350
 """Of more than these every n-th is left out, so that a decision stays quick."""
+PACE_GUESSED_S = 60.0
+"""The pace that was guessed beforehand counts like so much time."""
+STRAIGHT_WITHIN_M = 1.0
+"""So far a way may pass beside its track, for the sake of longer legs."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,33 +39,35 @@ class SurveyParams:
     Attributes
     ----------
     way_m
-        What one vehicle can sail in all.
+        What one vehicle can sail in all, as far as is known beforehand.
+    time_s
+        Time in which it sails; what is left of the way is then judged by the pace so far.
     lines_share
         Share of it for the first lines.
     widest_m
         Lines are no further apart than this.
     nodes
-        Places over which ways are worked out, about so many.
-    look_ahead_m, part_m
-        Length of a way that is worked out, and what of it is sailed before the next.
-    turn_m
-        A detour is reckoned this much longer: what it costs to brake and turn.
-    foreign_weight
-        What variance in a teammate's share counts.
+        Places that stand for the ground, about so many.
+    part_m
+        What of a track is sailed before the next is worked out.
+    step_m
+        Distance between soundings.
+    rounds
+        Of settling, for a track.
     """
 
     way_m: float
-    lines_share: float = 0.5
-    widest_m: float = 12.5
-    nodes: int = 324
-    look_ahead_m: float = 160.0
-    part_m: float = 80.0
-    turn_m: float = 4.0
-    foreign_weight: float = 0.02
+    time_s: float = math.inf
+    lines_share: float = 0.25
+    widest_m: float = 25.0
+    nodes: int = 3_600
+    part_m: float = 300.0
+    step_m: float = 2.5
+    rounds: int = 100
 
     def __post_init__(self) -> None:
-        if not self.way_m > 0 or not self.part_m > 0 or not self.widest_m > 0:
-            raise ValueError("way_m, part_m and widest_m must be positive")
+        if not (self.way_m > 0 and self.part_m > 0 and self.widest_m > 0 and self.step_m > 0):
+            raise ValueError("way_m, part_m, widest_m and step_m must be positive")
         if not 0 < self.lines_share <= 1:
             raise ValueError("lines_share must be above 0 and at most 1")
         if self.nodes < 4:
@@ -100,49 +109,43 @@ class Survey:
     def next_way(
         self,
         here_en_m: tuple[float, float],
-        relief: Relief,
-        sounding_sd_m: float,
+        strengths: FloatArray,
+        sounded_en_m: FloatArray,
         left_m: float,
-        teammates_en_m: FloatArray,
+        teammates: Collection[int],
         allowed: BoolArray | None = None,
     ) -> FloatArray:
-        """Corners of the most telling way from here, the place itself first: (K, 2) ENU metres.
+        """The most telling track from here, the place itself first: (K, 2) ENU metres, at most `step_m` apart.
 
         Parameters
         ----------
+        strengths : (M,), how rough the ground is at `nodes_en_m`, over how rough it is on the whole.
+        sounded_en_m : (N, 2), where the team has sounded.
         left_m
             What this vehicle can still sail.
-        teammates_en_m : (T, 2), where those are that share what is uncertain.
+        teammates
+            Numbers of those that share the ground.
         allowed : (M,) bool over `nodes_en_m`; None allows all.
         """
-        covariance = relief.covariance_of(self.nodes_en_m)
-        variance = np.maximum(np.diag(covariance), 0.0)
-        own = self._own_share(variance, np.array(here_en_m), teammates_en_m)
-        weights = np.where(own, 1.0, self.params.foreign_weight)
+        here = np.array(here_en_m, dtype=np.float64)
+        own = self._own_share(strengths ** (2.0 / (EXPONENT + 1.0)), teammates)
         if allowed is not None:
-            covariance = np.where(allowed[:, None] & allowed, covariance, np.diag(np.full(len(allowed), 1e-12)))
-        return most_telling_way(
-            float(here_en_m[0]),
-            float(here_en_m[1]),
-            self.nodes_en_m,
-            np.ascontiguousarray(covariance),
-            weights,
-            sounding_sd_m**2,
-            min(left_m, self.params.look_ahead_m),
-            self.params.turn_m,
+            own &= allowed
+        if not own.any():
+            return here[None]
+        away_m = np.asarray(KDTree(sounded_en_m).query(self.nodes_en_m[own])[0])
+        return telling_track(
+            here, self.nodes_en_m[own], strengths[own], away_m, left_m, self.params.step_m, EXPONENT, self.params.rounds
         )
 
-    def _own_share(self, variance_m2: FloatArray, here_en_m: FloatArray, teammates_en_m: FloatArray) -> BoolArray:
-        """Nodes that are this vehicle's: of strips across the area with equal variance, the one in its own order."""
-        if len(teammates_en_m) == 0:
-            return np.ones(len(variance_m2), dtype=np.bool_)
-        places = np.vstack((here_en_m[None], teammates_en_m))
-        axis = int(np.argmax(np.ptp(places, axis=0)))
-        rank = int(np.count_nonzero(teammates_en_m[:, axis] < here_en_m[axis]))
-        order = np.argsort(self.nodes_en_m[:, axis], kind="stable")
+    def _own_share(self, work: FloatArray, teammates: Collection[int]) -> BoolArray:
+        """Nodes that are this vehicle's: of strips from west to east with equal work, the one in its own order."""
+        rank = sum(mate < self._vehicle for mate in teammates)
+        order = np.argsort(self.nodes_en_m[:, 0], kind="stable")
         passed = np.empty(len(order))
-        passed[order] = np.cumsum(variance_m2[order])
-        strip = np.minimum((passed / passed.max() * len(places) * (1 - 1e-12)).astype(np.int64), len(places) - 1)
+        passed[order] = np.cumsum(work[order])
+        strips = len(teammates) + 1
+        strip = np.minimum((passed / passed.max() * strips * (1 - 1e-12)).astype(np.int64), strips - 1)
         own: BoolArray = strip == rank
         return own
 
@@ -155,13 +158,16 @@ class SurveyPlanner:
         self._corners: deque[tuple[float, float]] | None = None
         self._sails_lines = True
         self._here: tuple[float, float] | None = None
-        self._left_m = survey.params.way_m
+        self._sailed_m = 0.0
+        self._began_s: float | None = None
 
     def ask(self, situation: MappingSituation) -> Decision:
         """Say where to go next; Finished when the way is used up or nothing uncertain is in reach."""
         here = (situation.position_enu_m[0], situation.position_enu_m[1])
         if self._here is not None:
-            self._left_m -= math.dist(here, self._here)
+            self._sailed_m += math.dist(here, self._here)
+        if self._began_s is None:
+            self._began_s = situation.now_s
         self._here = here
         if self._corners is None:
             self._corners = deque(map(tuple, self._survey.first_lines(here).tolist()))
@@ -170,10 +176,11 @@ class SurveyPlanner:
                 self._corners.popleft()
             if self._corners:
                 return self._towards(situation, here)
-            if self._left_m <= 0.0:
+            left_m = self._left_m(situation.now_s - self._began_s)
+            if left_m <= 0.0:
                 return Finished("the way that time allows is sailed")
             self._sails_lines = False
-            if not self._plan_on(situation, here):
+            if not self._plan_on(situation, here, left_m):
                 return Finished("nothing uncertain is left within reach")
 
     def _towards(self, situation: MappingSituation, here: tuple[float, float]) -> Waypoint:
@@ -186,34 +193,36 @@ class SurveyPlanner:
             self._corners.popleft()
         up_m = situation.band.highest_m
         end = (here[0] + share * (corner[0] - here[0]), here[1] + share * (corner[1] - here[1]), up_m)
-        why = f"line, {away_m:.0f} m to its end" if self._sails_lines else f"uncertain ground {away_m:.0f} m away"
+        why = f"line, {away_m:.0f} m to its end" if self._sails_lines else f"rough ground, {away_m:.0f} m on"
         goal = (corner[0], corner[1], up_m)
         route = tuple((east, north, up_m) for east, north in list(self._corners)[:10])
         return Waypoint(end, why, goal, away_m, route)
 
-    def _plan_on(self, situation: MappingSituation, here: tuple[float, float]) -> bool:
+    def _left_m(self, gone_s: float) -> float:
+        """What it can still sail, at the pace so far; at first that counts little."""
+        params = self._survey.params
+        if math.isinf(params.time_s):
+            return params.way_m - self._sailed_m
+        guessed_m_s = params.way_m / params.time_s
+        pace_m_s = (self._sailed_m + PACE_GUESSED_S * guessed_m_s) / (gone_s + PACE_GUESSED_S)
+        return pace_m_s * (params.time_s - gone_s)
+
+    def _plan_on(self, situation: MappingSituation, here: tuple[float, float], left_m: float) -> bool:
         """Work out the next part of the way; False when there is none."""
         survey, landmarks = self._survey, situation.landmarks
         known = np.flatnonzero(np.isfinite(landmarks.heights_m))
         if len(known) == 0:
             return False
-        known = known[:: math.ceil(len(known) / MOST_SOUNDINGS)]
-        relief = Relief(landmarks.layout.positions_en_m[known], landmarks.heights_m[known], landmarks.sd_m[known])
-        drop_m = max(1.0, situation.band.highest_m - float(np.mean(landmarks.heights_m[known])))
-        sounding_sd_m = float(situation.sensor.noise_sd_m(np.array([drop_m]), situation.unfixed_s)[0])
+        sounded, some = landmarks.layout.positions_en_m[known], known[:: math.ceil(len(known) / MOST_SOUNDINGS)]
+        relief = Relief(landmarks.layout.positions_en_m[some], landmarks.heights_m[some], landmarks.sd_m[some])
         nodes = np.column_stack((survey.nodes_en_m, np.full(len(survey.nodes_en_m), situation.band.highest_m)))
-        way = survey.next_way(
-            here, relief, sounding_sd_m, self._left_m, _places(situation.teammates), situation.admissible(nodes)
-        )
-        gone_m = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(way, axis=0).T))))
-        last = max(2, int(np.searchsorted(gone_m, survey.params.part_m)) + 1)
-        self._corners = deque(map(tuple, way[1:last].tolist()))
+        teammates = [mate.index for mate in situation.teammates]
+        strengths = relief.strength_at(survey.nodes_en_m)
+        track = survey.next_way(here, strengths, sounded, left_m, teammates, situation.admissible(nodes))
+        part = track[: max(2, round(survey.params.part_m / survey.params.step_m) + 1)]
+        self._corners = deque(map(tuple, corners_of(part, STRAIGHT_WITHIN_M)[1:].tolist()))
         return bool(self._corners)
 
     @staticmethod
     def _admits(situation: MappingSituation, corner: tuple[float, float]) -> bool:
         return bool(situation.admissible(np.array([(*corner, situation.band.highest_m)]))[0])
-
-
-def _places(teammates: tuple[Teammate, ...]) -> FloatArray:
-    return np.array([mate.position_enu_m[:2] for mate in teammates], dtype=np.float64).reshape(-1, 2)

@@ -62,3 +62,22 @@ def points_along(corners_en_m: FloatArray, step_m: float) -> FloatArray:
     gone = np.concatenate(([0.0], np.cumsum(lengths)))
     at = np.arange(step_m, gone[-1] + 1e-9, step_m)
     return np.column_stack([np.interp(at, gone, corners_en_m[:, axis]) for axis in (0, 1)])
+
+
+def corners_of(track_en_m: FloatArray, within_m: float) -> FloatArray:
+    """The fewest places of a track, its ends among them, between which straight legs pass all others within a distance.
+
+    (K, 2) -> (C, 2); Douglas and Peucker 1973.
+    """
+    if len(track_en_m) < 3:
+        return track_en_m
+    first, last = track_en_m[0], track_en_m[-1]
+    along = last - first
+    squared = max(float(along @ along), 1e-12)
+    shares = np.clip((track_en_m - first) @ along / squared, 0.0, 1.0)
+    beside_m = np.hypot(*(track_en_m - first - shares[:, None] * along).T)
+    farthest = int(np.argmax(beside_m))
+    if beside_m[farthest] <= within_m:
+        return np.stack((first, last))
+    before, after = corners_of(track_en_m[: farthest + 1], within_m), corners_of(track_en_m[farthest:], within_m)
+    return np.concatenate((before[:-1], after))
