@@ -68,6 +68,8 @@ class LockstepResult:
         What the agents told, as (simulated seconds, vehicle, code, text).
     depth_map
         What a mission that maps has drawn; None for others.
+    true_solid
+        (columns, rows, layers) bool, what is solid of a town; None in the open country.
     """
 
     plan: MissionPlan
@@ -87,11 +89,13 @@ class LockstepResult:
     worked_at_enu_m: dict[str, Point] = field(default_factory=dict)
     events: list[tuple[float, str, str, str]] = field(default_factory=list)
     depth_map: DepthMap | None = None
+    true_solid: np.ndarray[Any, np.dtype[np.bool_]] | None = None
 
     @property
     def covered_fraction(self) -> float:
         """Share of the area in sight from where the vehicles were last at work."""
-        return covered_fraction(self.plan, self.true_elevation_m, self.worked_at_enu_m)
+        surface = self.true_elevation_m if self.true_solid is None else self.true_solid
+        return covered_fraction(self.plan, surface, self.worked_at_enu_m)
 
     @property
     def observed_fraction(self) -> float:
@@ -224,6 +228,7 @@ def simulate(
         worked_at_enu_m=record.worked_at_enu_m,
         events=record.events,
         depth_map=draw_depth_map(plan, team_map, world.elevation_m) if isinstance(team_map, LandmarkAtlas) else None,
+        true_solid=None if world.town is None else world.town.solid,
     )
 
 

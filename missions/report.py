@@ -112,6 +112,7 @@ def summarise(
     facts: RunFacts,
     reachable: BoolArray | None,
     elevation_m: FloatArray | None = None,
+    solid: BoolArray | None = None,
 ) -> Summary:
     """Judge a run.
 
@@ -120,13 +121,15 @@ def summarise(
     reachable : bool, the surface that can be seen at all, as of `missions.yardstick.observable`; None when nobody
         knows the true terrain.
     elevation_m : (columns, rows) float64, the true surface, ENU z; None likewise: the team's map stands for it.
+    solid : (columns, rows, layers) bool, what is solid of a true town.
     """
     joined = join_maps(plan, run_dir)
     covered = None
     if covers(plan):
         places = {name: r.worked_at_m for name, r in watch.vehicles.items() if r.worked_at_m is not None}
-        assert isinstance(joined, ElevationMap)
-        covered = covered_fraction(plan, joined.elevation_m if elevation_m is None else elevation_m, places)
+        found = joined.elevation_m if isinstance(joined, ElevationMap) else joined.observed
+        true = elevation_m if solid is None else solid
+        covered = covered_fraction(plan, found if true is None else true, places)
     map_error_m = None
     if isinstance(joined, LandmarkAtlas) and (drawn := draw_depth_map(plan, joined, elevation_m)) is not None:
         write_depth_map(plan, drawn, run_dir)

@@ -214,13 +214,14 @@ class MissionRun:
             peak_memory_bytes=self.peak_memory_bytes,
             warnings=tuple(self.warnings),
         )
-        reachable = elevation_m = None
+        reachable = elevation_m = solid = None
         if processes.simulated_names(self.plan):
             from sim_bridge.world import World
 
             world = World.of(self.plan)
             elevation_m, reachable = world.elevation_m, observable(self.plan, world)
-        summary = summarise(self.plan, self.run_dir, watch, facts, reachable, elevation_m)
+            solid = None if world.town is None else world.town.solid
+        summary = summarise(self.plan, self.run_dir, watch, facts, reachable, elevation_m, solid)
         write_summary(summary, self.run_dir)
         print(summary_text(summary, self.run_dir), flush=True)
         stopped = self.interrupts.exit_code

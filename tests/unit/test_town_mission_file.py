@@ -25,6 +25,7 @@ def test_a_town_has_voxels_over_its_cells() -> None:
     assert plan.voxel_grid.shape == (40, 40, 18)
     assert plan.voxel_grid.shape[:2] == plan.grid.shape
     check(town_content())
+    check(town_content(task={"kind": "cover", "explore_first": True}))
 
 
 @pytest.mark.parametrize(
@@ -39,8 +40,12 @@ def test_a_town_has_voxels_over_its_cells() -> None:
         ),
         ({"terrain": {"kind": "town", "height_m": [9.0, 5.0]}}, r"terrain.height_m: must be \[lowest, highest\]"),
         ({"terrain": {"kind": "town", "street_m": [8.0, 40.0]}}, r"terrain.street_m: must be \[narrowest, widest\]"),
-        ({"task": {"kind": "explore", "planner": "claims"}}, "task: towns can be explored by planner 'tours' only"),
-        ({"task": {"kind": "cover"}}, "task: towns can be explored by planner 'tours' only"),
+        ({"task": {"kind": "explore", "planner": "claims"}}, "task.planner: towns can be explored by planner 'tours'"),
+        ({"task": {"kind": "cover", "planner": "cao"}}, "task.planner: towns can be covered by planner 'stations'"),
+        (
+            {"task": {"kind": "cover", "known_points_enu_m": [[1.0, 1.0, 0.0]]}},
+            "task.known_points_enu_m: a few points say nothing of a town's buildings; leave them out",
+        ),
     ],
 )
 def test_what_no_team_could_fly_is_a_sentence(changes: dict[str, Any], sentence: str) -> None:

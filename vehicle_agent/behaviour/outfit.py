@@ -72,4 +72,8 @@ def outfit(plan: MissionPlan, index: int, rng: np.random.Generator) -> tuple[Sha
     from vehicle_agent.behaviour.voxel_share import VoxelShare
 
     assert isinstance(shared, VoxelShare)
+    if isinstance(plan.mission.task, CoverTask):
+        from vehicle_agent.behaviour.town_watch import TownWatch
+
+        return shared, TownWatch(plan, index, shared, plan.mission.task, rng)
     return shared, TownNavigator(plan, index, shared)

@@ -8,6 +8,7 @@ from vehicle_agent.domain.elevation import UNOBSERVED_STAMP_MS
 from vehicle_agent.domain.ray_fan import count_seen, down_looking_fan, first_with_view, unknown_met
 from vehicle_agent.domain.tours import share_out
 from vehicle_agent.domain.voxel_evidence import VoxelEvidence
+from vehicle_agent.domain.voxel_faces import best_faces, seen_faces
 from vehicle_agent.domain.voxel_grid import VoxelGrid
 from vehicle_agent.domain.voxel_paths import voxel_distances
 from vehicle_agent.domain.voxels import VoxelMap
@@ -30,6 +31,9 @@ def warm_up() -> None:
     first_with_view(
         states, fan.steps, fan.firsts, fan.reach, crossings.firsts, crossings.rays, crossings.steps, spots, spots
     )
+    solid = np.ones((4, 4, 4), dtype=np.bool_)
+    faces = seen_faces(solid, fan, spots)
+    best_faces(solid, fan.steps, fan.firsts, spots, np.ones((4, 4), dtype=np.int64), faces, np.zeros(1))
 
 
 if __name__ == "__main__":

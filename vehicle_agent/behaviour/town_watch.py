@@ -1,0 +1,72 @@
+"""From stations to legs: leads a vehicle to where it sees most of a town that no teammate sees, and keeps it there.
+
+Ways, legs and traffic are those of the vehicle that explores; only what it goes for differs.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from vehicle_agent.behaviour.guide import Surroundings
+from vehicle_agent.behaviour.town_navigator import ROOM_M, WAIT_S, TownNavigator
+from vehicle_agent.behaviour.voxel_share import VoxelShare
+from vehicle_agent.domain.frames import Point
+from vehicle_agent.mission.load import MissionPlan
+from vehicle_agent.mission.tasks import CoverTask
+from vehicle_agent.planning.interface import Finished, Wait, Waypoint
+from vehicle_agent.planning.voxel_picture import VoxelPicture
+from vehicle_agent.planning.voxel_stations import VoxelStations, VoxelStationsParams
+
+DECIDE_PERIOD_S = 1.0
+
+
+class TownWatch(TownNavigator):
+    """One vehicle's way to its station; where the mission says so, it explores the town before."""
+
+    def __init__(
+        self, plan: MissionPlan, index: int, shared: VoxelShare, task: CoverTask, rng: np.random.Generator
+    ) -> None:
+        super().__init__(plan, index, shared)
+        apart_m = plan.mission.safety.separation_m + ROOM_M
+        params = VoxelStationsParams(hold=max(1, round(task.hold_s / DECIDE_PERIOD_S)), apart_m=apart_m)
+        self._planner = VoxelStations(index, shared.team_map.grid, shared.fan, rng, params)
+        self._explores = task.explore_first
+        self._decide_at_s = -math.inf
+        self._is_due = True
+
+    def work(self, around: Surroundings) -> Point | Finished | None:
+        """Next target to fly to, Finished when the team has stayed long enough, or None to carry on."""
+        self._is_due = around.now_s >= self._decide_at_s
+        return super().work(around)
+
+    @property
+    def _expects_any(self) -> bool:
+        return self._explores and super()._expects_any
+
+    def _goes_on(self, picture: VoxelPicture) -> bool:
+        """The present way is flown until the next decision."""
+        return super()._goes_on(picture) if self._explores else self._makes_way or not self._is_due
+
+    def _choose(self, around: Surroundings, picture: VoxelPicture) -> Point | Finished | None:
+        if self._explores:
+            enough = self._shared.known_fraction(self._area) >= self._plan.mission.stop.observed_fraction
+            target = Finished("enough is known") if enough else super()._choose(around, picture)
+            if not (self.is_idle or isinstance(target, Finished)):
+                return target
+            self._explores = False  # what teammates still find is heard of from its station, too
+        self._decide_at_s = around.now_s + DECIDE_PERIOD_S
+        self._arrived, self._makes_way, self.is_idle = None, False, False
+        decision = self._planner.ask(picture, self._allowed, self._area, around.state.position_enu_m, around.teammates)
+        if isinstance(decision, Finished):
+            return decision
+        self._goal = self._planner.station_enu_m
+        if isinstance(decision, Wait):
+            self._way = self._way[:0]
+            return self._wait(around, decision.why, WAIT_S)
+        self._way, self.why = decision.voxels[1:], decision.why
+        target = self._fly_on(around, picture)
+        if target is None and self.leg is not None and self.waypoint is not None:  # it turns at the end of its leg
+            self.waypoint = Waypoint(self.leg.end_enu_m, self.why, self._goal)
+        return target
