@@ -155,14 +155,15 @@ class _SeveralVehicles(_TeamSizes):
 @SEED
 @JSON
 @EXPORT
+@click.option("--times", is_flag=True, help="Tell planning times by how much of the landmarks is done, too.")
 def mapping(
     seeds: int, vehicles: tuple[int, ...], landmarks: tuple[str, ...], seed: int, json_file: Path | None,
-    export: Path | None,
+    export: Path | None, times: bool,
 ) -> None:  # fmt: skip
     """Map two surfaces from noisy ranges over a thin link with every method; tell what remains, errors and bytes."""
     from missions.bench.mapping import bench_mapping
 
-    sys.exit(bench_mapping(seeds, vehicles, landmarks, seed, json_file, export))
+    sys.exit(bench_mapping(seeds, vehicles, landmarks, seed, json_file, export, times))
 
 
 @bench.command()

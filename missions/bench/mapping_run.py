@@ -56,6 +56,7 @@ class MappingRun:
     sum_of_error : eq. 25.
     bytes_sent : of all vehicles together.
     step_ms : planning time of each decision.
+    step_done_percent : accurate landmarks when it was taken.
     agree_after_repair : whether all living vehicles' maps are equal once they told each other all.
     """
 
@@ -64,6 +65,7 @@ class MappingRun:
     sum_of_error: float
     bytes_sent: int
     step_ms: list[float]
+    step_done_percent: list[float]
     agree_after_repair: bool
 
 
@@ -213,15 +215,17 @@ class Mover(Protocol):
 def run_team(team: Team, mover: Mover, steps: int) -> MappingRun:
     """Run a team for so many steps; it stops early when every landmark is accurate."""
     team.sense_and_tell()
-    track, curve, error, step_ms = [team.positions.copy()], [team.remaining_percent()], team.error(), list[float]()
+    track, curve, error = [team.positions.copy()], [team.remaining_percent()], team.error()
+    step_ms, step_done = list[float](), list[float]()
     for _ in range(steps):
         if curve[-1] > 0.0:
             step_ms.extend(mover.move(team))
+            step_done.extend([100.0 - curve[-1]] * (len(step_ms) - len(step_done)))
             team.sense_and_tell()
         track.append(team.positions.copy())
         curve.append(team.remaining_percent())
         error += team.error()
-    return MappingRun(np.array(track), np.array(curve), error, team.bytes_sent, step_ms, team.repair())
+    return MappingRun(np.array(track), np.array(curve), error, team.bytes_sent, step_ms, step_done, team.repair())
 
 
 def start_positions(world: World, vehicles: int) -> FloatArray:

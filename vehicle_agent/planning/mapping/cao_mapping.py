@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,7 +23,8 @@ class MappingCaoParams:
     step_m
         First length of a perturbation (alpha_0).
     half_life
-        Steps until the perturbation has shrunk to its `2 ** -decay`; long, so that vehicles go on moving.
+        Steps until the perturbation has shrunk to its `2 ** -decay`; much longer than a mission, for a team that slows
+        down explores less.
     decay
         Exponent in (1/2, 1], with which the sequence satisfies eq. 23.
     candidates
@@ -34,7 +36,7 @@ class MappingCaoParams:
     """
 
     step_m: float
-    half_life: float = 500.0
+    half_life: float = 10_000.0
     decay: float = 0.51
     candidates: int = 150
     extra_window: int = 10
@@ -48,18 +50,30 @@ class MappingCaoParams:
 
 
 class MappingCao:
-    """Fits the objective by polynomials in each vehicle's position, and climbs the fit."""
+    """Fits the objective by polynomials in each vehicle's position, and climbs the fit.
+
+    Attributes
+    ----------
+    window
+        How many measurements are remembered (L + T_h).
+    """
 
     def __init__(self, params: MappingCaoParams, vehicles: int, rng: np.random.Generator) -> None:
         self._params, self._rng = params, rng
         self._columns = _monomials_up_to(params.degree)
-        window = 1 + vehicles * len(self._columns) + params.extra_window
-        self._measured: deque[tuple[FloatArray, float]] = deque(maxlen=window)  # eq. 21
+        self.window = 1 + vehicles * len(self._columns) + params.extra_window
+        self._measured: deque[tuple[FloatArray, float]] = deque(maxlen=self.window)  # eq. 21
         self._steps = 0
 
     def tell(self, positions: FloatArray, objective: float) -> None:
         """Remember what the objective was at a configuration (vehicles, 3)."""
         self._measured.append((positions.copy(), objective))
+
+    def revalue(self, objectives: Sequence[float]) -> None:
+        """Give what is remembered new values, the oldest first: those of an objective that has changed since."""
+        places = [positions for positions, _ in self._measured]
+        self._measured.clear()
+        self._measured.extend(zip(places, objectives, strict=True))
 
     def ask(self, positions: FloatArray, allowed: Allowed, admissible: Admissible) -> FloatArray:
         """The candidate whose estimated objective is best, (vehicles, 3); the present one when none is admissible."""

@@ -9,6 +9,7 @@ a group's first goes where it likes within the group's own part of the area, the
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -19,6 +20,8 @@ from vehicle_agent.planning.mapping.work_sites import ViewpointParams, WorkSites
 
 _MISSED_STEPS = 15
 """So long a teammate that is not heard is looked for where it was heard last; then it counts as lost."""
+_PULLED_STEPS, _YIELDED_STEPS = 6, 30
+"""So long a mate may go for what is far from this vehicle's goal before this one yields, and how long it yields."""
 
 
 class ViewpointPlanner:
@@ -35,6 +38,7 @@ class ViewpointPlanner:
         self._stay = 0
         self._last_heard: dict[int, Teammate] = {}
         self._silent: dict[int, int] = {}
+        self._pulled = self._yields = 0
 
     def ask(self, situation: MappingSituation) -> Decision:
         """Where to go next; `Finished` when nothing that is known to this vehicle is left to do."""
@@ -105,7 +109,29 @@ class ViewpointPlanner:
         if not mates and not situation.teammates:
             return None
         first = min(mates or situation.teammates, key=lambda mate: mate.index)
-        return first if first.index < situation.index or not mates else None
+        if first.index < situation.index or not mates:
+            return first
+        if situation.index == 2 * group:
+            return None  # nobody in the group goes before it
+        return self._stronger(mates, situation.radio_range_m)
+
+    def _stronger(self, mates: Sequence[Teammate], radio_range_m: float) -> Teammate | None:
+        """A mate that keeps near somebody else, whom this vehicle does not hear: both would pull it until all stand.
+
+        It tells itself by going for what is far from this vehicle's goal. It is followed for a while.
+        """
+        if self._yields > 0:
+            self._yields -= 1
+            return min(mates, key=lambda mate: mate.index)
+        assert self._sites is not None
+        own = None if self._goal is None else self._sites.viewpoints[self._goal]
+        goals = [mate.goal_enu_m for mate in mates if mate.goal_enu_m is not None]
+        away = own is not None and any(math.dist(goal, own) > radio_range_m for goal in goals)
+        self._pulled = self._pulled + 1 if away else 0
+        if self._pulled < _PULLED_STEPS:
+            return None
+        self._pulled, self._yields = 0, _YIELDED_STEPS
+        return min(mates, key=lambda mate: mate.index)
 
     def _group(self, index: int) -> int:
         """Groups of two, the last of three where the number is odd."""

@@ -42,14 +42,14 @@ class ObjectiveParams:
     nearness_tolerance: float = 3.0
 
     @classmethod
-    def suited(cls, vehicles: int, landmarks: int, terms: str = "all") -> ObjectiveParams:
+    def suited(cls, vehicles: int, landmarks: int, terms: str = "all", nearness: float = 0.7) -> ObjectiveParams:
         """The weights that served a team best on the bench's surfaces, with so many vehicles and landmarks.
 
-        K_2 is below K_1 over the team's size, for then a landmark is worth seeing from anywhere in range, and the more
-        the nearer; K_1 and K_3 keep sums over landmarks at the size of the first term, however many there are.
+        K_2 is K_1 times `nearness` over the team's size; below 1 a landmark is worth seeing from anywhere in range, and
+        the more the nearer. K_1 and K_3 keep sums over landmarks at the size of the first term, however many there are.
         """
         share, tolerance = 550.0 / landmarks, 3.0 * landmarks / 1_100
-        return cls(terms, share, 0.7 * share / vehicles, 0.33 / landmarks, 0.0, tolerance, tolerance)
+        return cls(terms, share, nearness * share / vehicles, 0.33 / landmarks, 0.0, tolerance, tolerance)
 
     def __post_init__(self) -> None:
         if self.terms not in TERMS:
