@@ -268,7 +268,7 @@ class LandmarkMap:
         Parameters
         ----------
         landmarks : (M,) int64, distinct ids; heights_m, sds_m : (M,) float64, ENU z as measured and its standard
-            deviation (made no better than the sensor's limit). Rows that are not finite count as attempts only.
+            deviation (made no better than the sensor's limit). Rows not finite or negative count as attempts only.
 
         Returns
         -------
@@ -281,7 +281,7 @@ class LandmarkMap:
             raise ValueError("landmarks measured must be distinct ids of the layout")
         worthwhile = ~self.accurate[ids] & (self.attempts[ids] < self.params.attempts_limit)
         ids, heights, sds = ids[worthwhile], heights_m[worthwhile], sds_m[worthwhile]
-        good = np.isfinite(heights) & np.isfinite(sds)
+        good = np.isfinite(heights) & np.isfinite(sds) & (sds >= 0.0)
         most = self.params.best_information / ACCURATE
         limited = np.fmax(sds, self.params.accurate_sd_m / math.sqrt(most))
         gained = np.where(good, (self.params.accurate_sd_m / limited) ** 2, 0.0)

@@ -82,10 +82,6 @@ class LandmarkExchange:
         teammates_enu_m
             Where teammates are, as last told. Without any, distances count from the vehicle itself.
         """
-        inaccurate = self._visible[~self._map.accurate[self._visible]]
-        candidates = np.concatenate((self._news, inaccurate))
-        if len(candidates) == 0:
-            return LandmarkRecords.empty()
         others = np.array([point[:2] for point in teammates_enu_m], dtype=np.float64).reshape(-1, 2)
         listeners = self._reachable(others)
         towards = listeners if len(listeners) else others
@@ -94,9 +90,11 @@ class LandmarkExchange:
         if self.params.keeps_backlog:
             chosen = self._filled(self._news, towards)
             self._count(chosen)
+            self._told_information[chosen] = self._map.own_information[chosen]
             chosen = np.concatenate((chosen, self._untold(self.params.capacity - len(chosen))))
         else:
-            chosen = self._filled(candidates, towards)
+            inaccurate = self._visible[~self._map.accurate[self._visible]]
+            chosen = self._filled(np.concatenate((self._news, inaccurate)), towards)
         return LandmarkRecords.joined(
             self._map.seals(chosen), self._map.own_records(chosen[~self._map.accurate[chosen]])
         )
@@ -116,7 +114,7 @@ class LandmarkExchange:
         return told[taken]
 
     def _most_telling(self, told: LandmarkRecords) -> LandmarkRecords:
-        """Records of those landmarks of which they add most, as many as there is room for; the rest tells nothing."""
+        """Records of those landmarks of which they add most, as many as there is room for."""
         gains = self._map.gain_of(told)
         known = (told.landmarks >= 0) & (told.landmarks < len(self._map.layout))
         ids, inverse = np.unique(told.landmarks[known], return_inverse=True)
@@ -124,7 +122,7 @@ class LandmarkExchange:
         np.add.at(total, inverse, gains[known])
         chosen = ids[np.argsort(-total, kind="stable")[: self.params.capacity]]
         taken = ~known
-        taken[known] = np.isin(ids, chosen)[inverse] & (gains[known] > 0.0)
+        taken[known] = np.isin(ids, chosen)[inverse]
         return told[taken]
 
     def _untold(self, room: int) -> IndexArray:
