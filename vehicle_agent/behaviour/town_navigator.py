@@ -114,11 +114,12 @@ class TownNavigator:
             return self._make_room(around, self._picture(around)) if self._is_time(around) else None
         traffic = Traffic(around.reservations, self._plan.mission.safety.separation_m)
         passages = [p for p in around.passages if traffic.blocks(p.start_enu_m, p.end_enu_m, here)]
-        if not passages:
+        if not passages or around.now_s < self._not_before_s:
             return None
         picture = self._picture(around)
         way = self._way_aside(picture, around.state, passages)
         if len(way) == 0:
+            self._not_before_s = around.now_s + WAIT_S
             return None
         self._way, self._goal, self._makes_way = way, None, True
         self.why = f"makes way for {self._plan.vehicle_names[passages[0].owner_index]}"
