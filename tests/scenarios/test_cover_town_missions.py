@@ -17,9 +17,9 @@ from vehicle_agent.domain.voxel_paths import with_clearance
 VEHICLES, RANGE_VOXELS, CEILING = 3, 10.0, 14
 
 
-def fly(seed: int, radio: dict[str, float] | None = None, **task: Any) -> LockstepResult:
+def fly(seed: int, tables: dict[str, dict[str, float]] | None = None, **task: Any) -> LockstepResult:
     cover = {"kind": "cover", "step_m": 30.0, "hold_s": 10.0, **task}
-    result = simulate(town_plan(VEHICLES, seed=seed, task=cover, radio=radio or {}))
+    result = simulate(town_plan(VEHICLES, seed=seed, task=cover, **(tables or {})))
     assert all(result.finished)
     assert not any(result.crashed)
     assert result.fence_breaches == 0
@@ -63,5 +63,11 @@ def test_a_team_finds_places_nearly_as_good_as_an_informed_optimisers(seed: int,
 
 
 def test_a_team_covers_a_town_though_messages_are_lost_and_late() -> None:
-    result = fly(5, radio={"loss": 0.2, "delay_s": 0.3})
+    result = fly(5, {"radio": {"loss": 0.2, "delay_s": 0.3}})
     assert result.covered_fraction > 0.15
+
+
+def test_faithful_cao_flies_between_houses_until_its_time_is_over() -> None:
+    result = fly(2, {"stop": {"time_limit_s": 90.0}}, planner="cao", step_m=5.0)
+    assert any("time limit" in text for _, _, code, text in result.events if code == "returning")
+    assert result.covered_fraction > 0.1

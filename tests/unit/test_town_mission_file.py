@@ -41,7 +41,6 @@ def test_a_town_has_voxels_over_its_cells() -> None:
         ({"terrain": {"kind": "town", "height_m": [9.0, 5.0]}}, r"terrain.height_m: must be \[lowest, highest\]"),
         ({"terrain": {"kind": "town", "street_m": [8.0, 40.0]}}, r"terrain.street_m: must be \[narrowest, widest\]"),
         ({"task": {"kind": "explore", "planner": "claims"}}, "task.planner: towns can be explored by planner 'tours'"),
-        ({"task": {"kind": "cover", "planner": "cao"}}, "task.planner: towns can be covered by planner 'stations'"),
         (
             {"task": {"kind": "cover", "known_points_enu_m": [[1.0, 1.0, 0.0]]}},
             "task.known_points_enu_m: a few points say nothing of a town's buildings; leave them out",

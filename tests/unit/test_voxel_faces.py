@@ -19,6 +19,7 @@ from vehicle_agent.domain.voxel_faces import (
     open_faces,
     seen_faces,
 )
+from vehicle_agent.planning.voxel_cao import face_share
 
 FAN = down_looking_fan(6.0)
 
@@ -90,3 +91,13 @@ def test_faces_of_unwanted_columns_do_not_count() -> None:
     worth = np.zeros((16, 16), dtype=np.int64)
     worth[4, 4] = 3
     assert best_faces(solid, FAN.steps, FAN.firsts, at(4, 5, 3), worth, none, np.zeros(1)) == (0, 3, 3)
+
+
+def test_a_face_that_several_see_is_shared() -> None:
+    own = np.zeros((2, 2, 2), dtype=np.uint8)
+    own[0, 0, 0], own[1, 1, 1] = WEST | TOP, EAST
+    mate = np.zeros((2, 2, 2), dtype=np.uint8)
+    mate[0, 0, 0] = TOP | NORTH
+    assert face_share(own, []) == 3.0
+    assert face_share(own, [mate]) == 2.5
+    assert face_share(own, [mate, mate]) == pytest.approx(2.0 + 1.0 / 3.0)

@@ -16,6 +16,7 @@ from vehicle_agent.domain.frames import Point
 from vehicle_agent.mission.load import MissionPlan
 from vehicle_agent.mission.tasks import CoverTask
 from vehicle_agent.planning.interface import Finished, Wait, Waypoint
+from vehicle_agent.planning.voxel_cao import VoxelCao
 from vehicle_agent.planning.voxel_picture import VoxelPicture
 from vehicle_agent.planning.voxel_stations import VoxelStations, VoxelStationsParams
 
@@ -29,9 +30,15 @@ class TownWatch(TownNavigator):
         self, plan: MissionPlan, index: int, shared: VoxelShare, task: CoverTask, rng: np.random.Generator
     ) -> None:
         super().__init__(plan, index, shared)
-        apart_m = plan.mission.safety.separation_m + ROOM_M
-        params = VoxelStationsParams(hold=max(1, round(task.hold_s / DECIDE_PERIOD_S)), apart_m=apart_m)
-        self._planner = VoxelStations(index, shared.team_map.grid, shared.fan, rng, params)
+        grid, fan = shared.team_map.grid, shared.fan
+        self._planner: VoxelStations | VoxelCao
+        match task.planner:
+            case "stations":
+                apart_m = plan.mission.safety.separation_m + ROOM_M
+                params = VoxelStationsParams(hold=max(1, round(task.hold_s / DECIDE_PERIOD_S)), apart_m=apart_m)
+                self._planner = VoxelStations(index, grid, fan, rng, params)
+            case "cao":
+                self._planner = VoxelCao(grid, fan, task.step_m, rng)
         self._explores = task.explore_first
         self._decide_at_s = -math.inf
         self._is_due = True
@@ -47,7 +54,9 @@ class TownWatch(TownNavigator):
 
     def _goes_on(self, picture: VoxelPicture) -> bool:
         """The present way is flown until the next decision."""
-        return super()._goes_on(picture) if self._explores else self._makes_way or not self._is_due
+        if self._explores:
+            return super()._goes_on(picture)
+        return self._makes_way or not self._is_due or not self._planner.revises_under_way
 
     def _choose(self, around: Surroundings, picture: VoxelPicture) -> Point | Finished | None:
         if self._explores:

@@ -11,7 +11,7 @@ from vehicle_agent.domain.frames import FloatArray
 from vehicle_agent.domain.polygon import distance_to_border_m, first_crossing, points_inside
 from vehicle_agent.mission.map_checks import check_map_team
 from vehicle_agent.mission.plan import MissionError, MissionPlan
-from vehicle_agent.mission.tasks import CoverTask, MapTask
+from vehicle_agent.mission.tasks import CoverTask, ExploreTask, MapTask
 from vehicle_agent.mission.terrain import GaussianTerrain, TownTerrain
 from vehicle_agent.mission.vehicles import HalfSphereSensor, SingleBeamSensor, VehicleTable
 
@@ -138,10 +138,9 @@ def check_task(plan: MissionPlan) -> None:
 def _check_town_task(plan: MissionPlan) -> None:
     """Refuse planners and keys that are for maps of elevations only."""
     task = plan.mission.task
-    doing, only = ("covered", "stations") if isinstance(task, CoverTask) else ("explored", "tours")
-    if task.planner != only:
+    if isinstance(task, ExploreTask) and task.planner != "tours":
         raise MissionError(
-            f"{plan.source}: task.planner: towns can be {doing} by planner '{only}' only; choose it, or leave out "
+            f"{plan.source}: task.planner: towns can be explored by planner 'tours' only; choose it, or leave out "
             "area.up_m"
         )
     if isinstance(task, CoverTask) and task.known_points_enu_m:

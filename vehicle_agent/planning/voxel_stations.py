@@ -108,7 +108,11 @@ class VoxelStations:
     ----------
     station_enu_m
         Where it means to stay; None before it was asked.
+    revises_under_way
+        True: a better station may be found at any time.
     """
+
+    revises_under_way = True
 
     def __init__(
         self, index: int, grid: VoxelGrid, fan: RayFan, rng: np.random.Generator, params: VoxelStationsParams
