@@ -108,6 +108,33 @@ def test_own_measurements_are_never_better_than_the_sensor() -> None:
         known.observe(np.array([12]), np.zeros(1), np.ones(1))
 
 
+@pytest.mark.parametrize(
+    ("height_m", "sd_m"), [(math.nan, 0.2), (math.inf, 0.2), (1.0, math.nan), (1.0, math.inf), (1.0, -0.2)]
+)
+def test_a_measurement_that_is_none_poisons_nothing(height_m: float, sd_m: float) -> None:
+    known = new_map()
+    measure(known, 1, 2.0, 0.2)
+    height, deviation = known.heights_m[1], known.sd_m[1]
+    assert measure(known, 1, height_m, sd_m) == []
+    assert (known.heights_m[1], known.sd_m[1], known.attempts[1]) == (height, deviation, 2)
+    measure(known, 5, 1.0, 0.0)  # infinite weight
+    assert known.sd_m[5] >= PARAMS.best_sd_m * 0.99
+
+
+def test_what_records_would_add_is_known_before_they_are_merged() -> None:
+    known, other = new_map(0), new_map(1)
+    measure(known, 2, 1.0, 0.05)
+    for landmark, sd_m in ((1, 0.05), (2, 0.05), (3, 0.2)):
+        measure(other, landmark, 1.0, sd_m)
+    gains = dict(zip(other.records().landmarks.tolist(), known.gain_of(other.records()).tolist(), strict=True))
+    assert gains[2] == 0.0
+    assert gains[3] == pytest.approx(0.25)
+    assert known.gain_of(other.seals(np.array([1]))).tolist() == [2.0]
+    assert known.gain_of(record(500, 1, 1, 0, 10)).tolist() == known.gain_of(record(0, 7, 1, 0, 10)).tolist() == [0.0]
+    known.merge(other.records())
+    assert not known.gain_of(other.records()).any()
+
+
 def test_a_restarted_vehicle_continues_what_its_team_remembers() -> None:
     before, teammate = new_map(0), new_map(1)
     for _ in range(3):

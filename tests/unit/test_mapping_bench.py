@@ -7,7 +7,7 @@ import pytest
 from click.testing import CliRunner
 
 from missions.bench.cli import bench
-from missions.bench.mapping import KEYS, ROBUST, Outcome, cases_of, rows_of
+from missions.bench.mapping import KEYS, ROBUST, Outcome, cases_of, disturbance, rows_of, times_by_done
 from missions.bench.mapping_methods import ABLATION, METHODS, exchange_params, make_mover
 from missions.bench.mapping_run import MappingRun, Team, Trouble, run_team
 from missions.bench.mapping_world import MAPS, Setup, World, make_world
@@ -77,6 +77,27 @@ def test_rows_have_exactly_the_agreed_keys() -> None:
     assert all(tuple(row) == KEYS for row in rows)
     assert [row["remaining_percent_mean"] for row in rows] == [7.5] * len(rows)
     assert len(rows) == 2 * (len(METHODS) + 1 + len(ABLATION))
+
+
+def test_what_trouble_costs_and_what_a_decision_takes_are_told() -> None:
+    cases = [case for case in cases_of(2, (3,), ("1100",), 7, None) if case.map == "ridge"]
+    left = {"default": 0.4, ROBUST: 0.5}
+    done = (0.0, 5.0, 55.0, 99.9)
+    outcomes = [
+        (case, Outcome(left.get(case.method, 9.0), 1.0, 4.0, (1.0, 3.0, 4.0, 5.0), case.seed == 7, done))
+        for case in cases
+    ]
+    assert "leave 0.500 % instead of 0.400 %" in disturbance(outcomes)
+    assert "in 1 of 2 runs" in disturbance(outcomes)
+    assert times_by_done(outcomes).endswith("2.00  -  -  -  -  4.00  -  -  -  5.00")
+
+
+def test_what_a_vehicle_hears_is_what_arrives() -> None:
+    world = make_world("ridge", few=True)
+    for loss, heard in ((0.0, 6), (1.0, 0)):
+        team = Team(world, SETUP, 3, exchange_params(SETUP, world, "default"), Trouble(loss), np.random.default_rng(1))
+        team.sense_and_tell()
+        assert team.heard.sum() == heard
 
 
 @pytest.mark.parametrize(

@@ -113,3 +113,19 @@ def test_cao_climbs_what_it_has_measured() -> None:
         cao.tell(positions, height(positions))
         positions = cao.ask(positions, in_box, together)
     assert height(positions) > 0.0
+
+
+def test_cao_forgets_values_that_no_longer_hold() -> None:
+    """What rose with height falls with it when the objective changes: the next step goes down."""
+    rng = np.random.default_rng(6)
+    positions = np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]])
+    cao = MappingCao(MappingCaoParams(0.05, candidates=30), 2, rng)
+    heights = []
+    for _ in range(cao.window + 5):
+        cao.tell(positions, height(positions))
+        heights.append(height(positions))
+        positions = cao.ask(positions, in_box, together)
+    cao.tell(positions, height(positions))
+    heights.append(height(positions))
+    cao.revalue([-each for each in heights[-cao.window :]])
+    assert height(cao.ask(positions, in_box, together)) < height(positions)

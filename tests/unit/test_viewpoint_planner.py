@@ -136,3 +136,31 @@ def test_a_follower_keeps_where_it_hears_its_leader() -> None:
     assert isinstance(decision, Waypoint)
     assert decision.goal_enu_m is not None
     assert math.dist(decision.goal_enu_m, leader.goal) <= RADIO_M
+
+
+def test_a_vehicle_yields_to_a_mate_that_follows_somebody_unheard() -> None:
+    """Else both pull the mate between them, and all three stand."""
+    for index, yields in ((1, True), (0, False)):
+        vehicle, mate = Vehicle(index, (70.0, 70.0, 20.0), 3), Vehicle(2, (50.0, 45.0, 20.0), 3)
+        mate.goal = (10.0, 10.0, 20.0)
+        vehicle.sense()
+        goals = []
+        for _ in range(20):
+            decision = vehicle.ask([mate])
+            assert isinstance(decision, Waypoint)
+            assert decision.goal_enu_m is not None
+            goals.append(decision.goal_enu_m)
+        assert math.dist(goals[0], mate.goal) > RADIO_M
+        assert any(math.dist(goal, mate.goal) <= RADIO_M for goal in goals) == yields
+
+
+def test_beside_its_way_a_vehicle_leaves_to_a_teammate_what_is_nearer_to_that() -> None:
+    alone, accompanied = team_of(1)[0], team_of(2)[0]
+    ends = []
+    for vehicle, others in ((alone, []), (accompanied, [Vehicle(1, (48.0, 10.0, 20.0), 2)])):
+        vehicle.position = (40.0, 10.0, 20.0)
+        vehicle.sense()
+        decision = vehicle.ask(others)
+        assert isinstance(decision, Waypoint)
+        ends.append(decision.position_enu_m)
+    assert ends[1][0] < ends[0][0] - 1.0  # farther from the teammate in the east
