@@ -13,7 +13,8 @@ from missions.bench.mapping_kernels import all_linked, allowed
 from missions.bench.mapping_world import Setup, World
 from vehicle_agent.domain.frames import FloatArray, Point
 from vehicle_agent.domain.grid import IndexArray
-from vehicle_agent.domain.landmarks import LandmarkMap, LandmarkRecords
+from vehicle_agent.domain.landmark_records import LandmarkRecords
+from vehicle_agent.domain.landmarks import LandmarkMap
 from vehicle_agent.domain.polygon import BoolArray
 from vehicle_agent.domain.range_sensing import heights_from_ranges
 from vehicle_agent.planning.mapping.exchange import ExchangeParams, LandmarkExchange

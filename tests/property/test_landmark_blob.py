@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vehicle_agent.domain.landmarks import (
+from vehicle_agent.domain.landmark_records import (
     MAX_ATTEMPTS,
     MAX_HEIGHT_QUANTA,
     MAX_INFORMATION,

@@ -6,7 +6,8 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vehicle_agent.domain.landmarks import SEAL, LandmarkLayout, LandmarkMap, LandmarkParams, LandmarkRecords
+from vehicle_agent.domain.landmark_records import SEAL, LandmarkRecords
+from vehicle_agent.domain.landmarks import LandmarkLayout, LandmarkMap, LandmarkParams
 
 LANDMARKS, VEHICLES = 5, 3
 LAYOUT = LandmarkLayout(np.column_stack((np.arange(LANDMARKS, dtype=float), np.zeros(LANDMARKS))), 1.0)

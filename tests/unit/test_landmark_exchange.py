@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from vehicle_agent.domain.grid import Grid
-from vehicle_agent.domain.landmarks import SEAL, LandmarkLayout, LandmarkMap, LandmarkParams, LandmarkRecords
+from vehicle_agent.domain.landmark_records import SEAL, LandmarkRecords
+from vehicle_agent.domain.landmarks import LandmarkLayout, LandmarkMap, LandmarkParams
 from vehicle_agent.planning.mapping.exchange import ExchangeParams, LandmarkExchange
 
 LAYOUT = LandmarkLayout.at_cells(Grid(0.0, 0.0, 1.0, 12, 1))

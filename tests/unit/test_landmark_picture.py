@@ -14,7 +14,7 @@ from ground_station.views.map_view import caption, map_raster
 from ground_station.views.window import Ground, MapWindow
 from tests.fakes.pictures import same_picture
 from tests.fakes.talking_fleet import EPOCH_MS, small_plan
-from vehicle_agent.domain.landmarks import ACCURATE, QUANTA_PER_ACCURATE_SD, LandmarkRecords
+from vehicle_agent.domain.landmark_records import ACCURATE, QUANTA_PER_ACCURATE_SD, LandmarkRecords
 from vehicle_agent.mission.load import MissionPlan, plan_mission
 from vehicle_agent.mission.model import Mission
 from vehicle_agent.wire.landmark_blob import pack_landmarks

@@ -10,7 +10,7 @@ import numpy as np
 from tests.fakes.map_missions import map_plan
 from vehicle_agent.behaviour.landmark_share import LandmarkShare
 from vehicle_agent.behaviour.landmark_talk import LandmarkTalk
-from vehicle_agent.domain.landmarks import LandmarkRecords
+from vehicle_agent.domain.landmark_records import LandmarkRecords
 from vehicle_agent.wire.codec import Codec
 from vehicle_agent.wire.landmark_blob import pack_landmarks
 from vehicle_agent.wire.messages import LandmarkDigest, Landmarks

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from vehicle_agent.domain.grid import Grid
-from vehicle_agent.domain.landmarks import ACCURATE, SEAL, LandmarkLayout, LandmarkMap, LandmarkParams, LandmarkRecords
+from vehicle_agent.domain.landmark_records import ACCURATE, SEAL, LandmarkRecords
+from vehicle_agent.domain.landmarks import LandmarkLayout, LandmarkMap, LandmarkParams
 
 PARAMS = LandmarkParams(accurate_sd_m=0.1, best_sd_m=0.05, lowest_m=-20.0, highest_m=5.0, attempts_limit=30)
 LAYOUT = LandmarkLayout.at_cells(Grid(0.0, 0.0, 2.0, 4, 3))

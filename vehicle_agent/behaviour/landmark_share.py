@@ -9,7 +9,7 @@ import numpy as np
 from vehicle_agent.domain.frames import Point
 from vehicle_agent.domain.grid import IndexArray
 from vehicle_agent.domain.landmark_atlas import LandmarkAtlas
-from vehicle_agent.domain.landmarks import LandmarkRecords
+from vehicle_agent.domain.landmark_records import LandmarkRecords
 from vehicle_agent.domain.polygon import BoolArray
 from vehicle_agent.mission.load import MissionPlan
 from vehicle_agent.mission.sounding import TYPICAL_SLOPE, beam_of, landmark_params

@@ -10,7 +10,8 @@ import numpy.typing as npt
 
 from vehicle_agent.domain.frames import FloatArray
 from vehicle_agent.domain.grid import Grid
-from vehicle_agent.domain.landmarks import SEAL, LandmarkLayout, LandmarkMap, LandmarkParams, LandmarkRecords
+from vehicle_agent.domain.landmark_records import SEAL, LandmarkRecords
+from vehicle_agent.domain.landmarks import LandmarkLayout, LandmarkMap, LandmarkParams
 from vehicle_agent.domain.polygon import BoolArray
 
 

@@ -14,27 +14,25 @@ from collections import Counter
 from dataclasses import dataclass, field
 
 import numpy as np
-import numpy.typing as npt
 
 from vehicle_agent.domain.frames import FloatArray
 from vehicle_agent.domain.grid import Grid, IndexArray
+from vehicle_agent.domain.landmark_records import (
+    ACCURATE,
+    MAX_ATTEMPTS,
+    MAX_HEIGHT_QUANTA,
+    MAX_INFORMATION,
+    QUANTA_PER_ACCURATE_SD,
+    SEAL,
+    Integers,
+    LandmarkRecords,
+    attempts_of,
+    height_of,
+    information_of,
+    records_of,
+    word_of,
+)
 from vehicle_agent.domain.polygon import BoolArray
-
-SEAL = -1
-"""Contributor of a record that says: accurately estimated, by whomever."""
-ACCURATE = 1024
-"""Information of a landmark whose standard deviation is just the accurate one; information counts in these parts."""
-QUANTA_PER_ACCURATE_SD = 8
-"""Heights are whole quanta of this part of the accurate standard deviation."""
-MAX_ATTEMPTS = 10_000
-MAX_INFORMATION = 2**23 - 1
-MAX_HEIGHT_QUANTA = 2**23 - 1
-
-_HEIGHT_BITS, _INFORMATION_BITS = 24, 23
-_HEIGHT_MASK, _INFORMATION_MASK = 2**_HEIGHT_BITS - 1, 2**_INFORMATION_BITS - 1
-_HEIGHT_BASE = MAX_HEIGHT_QUANTA
-
-Integers = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,58 +111,6 @@ class LandmarkParams:
     def best_information(self) -> int:
         """Most that one measurement can add, in parts of `ACCURATE`."""
         return min(math.ceil(ACCURATE * (self.accurate_sd_m / self.best_sd_m) ** 2), MAX_INFORMATION // 128)
-
-
-@dataclass(frozen=True, slots=True)
-class LandmarkRecords:
-    """What is said of landmarks: one row each, arrays of the same length, int64.
-
-    Attributes
-    ----------
-    landmarks
-        Ids.
-    contributors
-        Team index of who measured; `SEAL` for an accurately estimated landmark.
-    attempts
-        How often the contributor has measured it; 0 for a seal.
-    heights
-        The contributor's estimate (of all together, for a seal) in quanta of `LandmarkParams.quantum_m`, ENU z.
-    information
-        Inverse variance in parts of `ACCURATE` over the accurate variance; at least `ACCURATE` for a seal.
-    """
-
-    landmarks: Integers
-    contributors: Integers
-    attempts: Integers
-    heights: Integers
-    information: Integers
-
-    def __len__(self) -> int:
-        return len(self.landmarks)
-
-    def __getitem__(self, rows: slice | IndexArray | BoolArray) -> LandmarkRecords:
-        return LandmarkRecords(
-            self.landmarks[rows],
-            self.contributors[rows],
-            self.attempts[rows],
-            self.heights[rows],
-            self.information[rows],
-        )
-
-    @classmethod
-    def empty(cls) -> LandmarkRecords:
-        return cls(*(np.empty(0, np.int64) for _ in range(5)))
-
-    @classmethod
-    def joined(cls, *parts: LandmarkRecords) -> LandmarkRecords:
-        """All rows of all parts, in that order."""
-        return cls(
-            np.concatenate([part.landmarks for part in parts]),
-            np.concatenate([part.contributors for part in parts]),
-            np.concatenate([part.attempts for part in parts]),
-            np.concatenate([part.heights for part in parts]),
-            np.concatenate([part.information for part in parts]),
-        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -291,10 +237,10 @@ class LandmarkMap:
         step = share * np.where(good, heights - before, 0.0)
         self._own_information[ids] = total
         self._own_height_m[ids] = np.clip(before + step, self.params.lowest_m, self.params.highest_m)
-        attempts = _attempts_of(self._contributed[self.own_index, ids]) + 1
+        attempts = attempts_of(self._contributed[self.own_index, ids]) + 1
         whole = np.minimum(np.floor(total * ACCURATE).astype(np.int64), MAX_INFORMATION)
         quanta = np.rint(self._own_height_m[ids] / self.params.quantum_m).astype(np.int64)
-        self._contributed[self.own_index, ids] = _record(attempts, whole, quanta)
+        self._contributed[self.own_index, ids] = word_of(attempts, whole, quanta)
         return self._refresh(ids)
 
     def merge(self, records: LandmarkRecords) -> Merged:
@@ -303,7 +249,7 @@ class LandmarkMap:
         records = self._believable(records, dropped)
         if len(records) == 0:
             return Merged(np.empty(0, np.int64), np.empty(0, np.int64), dropped)
-        words = _record(records.attempts, records.information, records.heights)
+        words = word_of(records.attempts, records.information, records.heights)
         sealing = records.contributors == SEAL
         ids, owners = records.landmarks, records.contributors
         newer = np.where(
@@ -328,7 +274,7 @@ class LandmarkMap:
         rows = rows[~self.accurate[records.landmarks[rows]]]
         ids, owners = records.landmarks[rows], records.contributors[rows]
         sealing = owners == SEAL
-        before = _information_of(self._contributed[np.where(sealing, 0, owners), ids])
+        before = information_of(self._contributed[np.where(sealing, 0, owners), ids])
         more = (records.information[rows] - before) / ACCURATE
         gain[rows] = np.where(sealing, 2.0 - np.minimum(self.information[ids], 1.0), np.clip(more, 0.0, 1.0))
         return gain
@@ -337,18 +283,18 @@ class LandmarkMap:
         """Everything known, of all landmarks or of some: what a repair sends. Seals come first."""
         ids = np.arange(len(self.layout)) if landmarks is None else np.asarray(landmarks, dtype=np.int64)
         owners, rows = np.nonzero(self._contributed[:, ids])
-        told = _unpacked(ids[rows], owners.astype(np.int64), self._contributed[owners, ids[rows]])
+        told = records_of(ids[rows], owners.astype(np.int64), self._contributed[owners, ids[rows]])
         return LandmarkRecords.joined(self.seals(ids), told)
 
     def seals(self, landmarks: IndexArray) -> LandmarkRecords:
         """Seals of those of the landmarks that are accurately estimated, in the order given."""
         ids = landmarks[self.accurate[landmarks]]
-        return _unpacked(ids, np.full(len(ids), SEAL, dtype=np.int64), self._seals[ids])
+        return records_of(ids, np.full(len(ids), SEAL, dtype=np.int64), self._seals[ids])
 
     def own_records(self, landmarks: IndexArray) -> LandmarkRecords:
         """What this vehicle itself measured of those of the landmarks that it measured, in the order given."""
         ids = landmarks[self._contributed[self.own_index, landmarks] != 0]
-        return _unpacked(ids, np.full(len(ids), self.own_index, np.int64), self._contributed[self.own_index, ids])
+        return records_of(ids, np.full(len(ids), self.own_index, np.int64), self._contributed[self.own_index, ids])
 
     def digest(self, blocks: int) -> tuple[int, ...]:
         """A checksum per block of landmarks (see `block_of`): two maps with equal digests need no repair."""
@@ -413,22 +359,22 @@ class LandmarkMap:
     def _adopt(self, ids: IndexArray) -> None:
         """Continue own sums that a teammate remembers better: those of before a restart."""
         words = self._contributed[self.own_index, ids]
-        self._own_information[ids] = _information_of(words) / ACCURATE
-        self._own_height_m[ids] = _height_of(words) * self.params.quantum_m
+        self._own_information[ids] = information_of(words) / ACCURATE
+        self._own_height_m[ids] = height_of(words) * self.params.quantum_m
 
     def _refresh(self, ids: IndexArray) -> IndexArray:
         """Bring the arrays of some landmarks up to date; return those that became accurate."""
         words = self._contributed[:, ids]
-        information, heights = _information_of(words), _height_of(words)
-        self.attempts[ids] = _attempts_of(words).sum(axis=0)
+        information, heights = information_of(words), height_of(words)
+        self.attempts[ids] = attempts_of(words).sum(axis=0)
         total = information.sum(axis=0)
         mean = np.rint((information * heights).sum(axis=0) / np.maximum(total, 1)).astype(np.int64)
         due = (total >= ACCURATE) & (self._seals[ids] == 0)
-        self._seals[ids[due]] = _record(np.zeros(int(due.sum()), np.int64), total[due], mean[due])
+        self._seals[ids[due]] = word_of(np.zeros(int(due.sum()), np.int64), total[due], mean[due])
         seals = self._seals[ids]
         sealed = seals != 0
-        total = np.where(sealed, _information_of(seals), total)
-        mean = np.where(sealed, _height_of(seals), mean)
+        total = np.where(sealed, information_of(seals), total)
+        mean = np.where(sealed, height_of(seals), mean)
         known = total > 0
         self.heights_m[ids] = np.where(known, mean * self.params.quantum_m, np.nan)
         with np.errstate(divide="ignore"):
@@ -437,29 +383,3 @@ class LandmarkMap:
         self.accurate[ids[new]] = True
         newly: IndexArray = ids[new]
         return newly
-
-
-def _record(attempts: Integers, information: Integers, heights: Integers) -> Integers:
-    words: Integers = (
-        (attempts << (_INFORMATION_BITS + _HEIGHT_BITS)) | (information << _HEIGHT_BITS) | (heights + _HEIGHT_BASE)
-    )
-    return words
-
-
-def _attempts_of(words: Integers) -> Integers:
-    attempts: Integers = words >> (_INFORMATION_BITS + _HEIGHT_BITS)
-    return attempts
-
-
-def _information_of(words: Integers) -> Integers:
-    information: Integers = (words >> _HEIGHT_BITS) & _INFORMATION_MASK
-    return information
-
-
-def _height_of(words: Integers) -> Integers:
-    heights: Integers = (words & _HEIGHT_MASK) - _HEIGHT_BASE
-    return heights
-
-
-def _unpacked(landmarks: Integers, contributors: Integers, words: Integers) -> LandmarkRecords:
-    return LandmarkRecords(landmarks, contributors, _attempts_of(words), _height_of(words), _information_of(words))

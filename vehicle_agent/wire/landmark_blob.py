@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vehicle_agent.domain.landmarks import (
+from vehicle_agent.domain.landmark_records import (
     MAX_ATTEMPTS,
     MAX_HEIGHT_QUANTA,
     MAX_INFORMATION,

@@ -10,7 +10,8 @@ import numpy as np
 
 from vehicle_agent.domain.frames import FloatArray, Point
 from vehicle_agent.domain.grid import IndexArray
-from vehicle_agent.domain.landmarks import LandmarkMap, LandmarkRecords
+from vehicle_agent.domain.landmark_records import LandmarkRecords
+from vehicle_agent.domain.landmarks import LandmarkMap
 
 
 @dataclass(frozen=True, slots=True)
