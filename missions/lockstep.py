@@ -17,6 +17,7 @@ import numpy as np
 
 from missions.covered import covered_fraction, covers
 from missions.depth_map import DepthMap, draw_depth_map, maps, write_depth_map
+from missions.lockstep_ranging import AcousticRanges
 from missions.lockstep_vehicle import LockstepVehicle
 from missions.yardstick import merged, observable, share_seen, unseen_words
 from sim_bridge.fleet import Fleet
@@ -33,6 +34,7 @@ from vehicle_agent.wire.messages import Event, Stage
 
 TICK_S = 0.2
 RECORD_PERIOD_S = 1.0
+RANGES_KEY = 2_200
 GRACE_S = 1_200.0
 """Time after the mission's limit for the way home, before a run is called off."""
 
@@ -185,6 +187,8 @@ def simulate(
         RadioParams(mission.radio.range_m, mission.radio.loss, mission.radio.delay_s, mission.radio.rate_bytes_s),
         radio_rng,
     )
+    range_rng = np.random.default_rng(np.random.SeedSequence(mission.seed, spawn_key=(RANGES_KEY,)))
+    ranging = AcousticRanges(fleet, range_rng)
     codecs = [Codec() for _ in agents]
     record = _Record(fleet, reachable)
     limit_s = mission.stop.time_limit_s + GRACE_S
@@ -194,6 +198,8 @@ def simulate(
             message = codecs[receiver].decode(data)
             if message is not None:
                 links[receiver].inbox.messages.append(message)
+                if (measured := ranging.heard(receiver, message)) is not None:
+                    links[receiver].inbox.ranges.append(measured)
         positions = [vehicle.pilot.position_enu_m for vehicle in fleet.vehicles]
         for index, agent in enumerate(agents):
             now_s, inbox = links[index].take_inbox()
@@ -206,6 +212,7 @@ def simulate(
                 data = codecs[index].encode(message)
                 agent.bytes_sent += len(data) + len(key(mission.name, agent.name, topic_of(message)))
                 radio.send(index, data, fleet.time_s, positions)
+                ranging.sent(index, message)
                 if isinstance(message, Event):
                     record.events.append((round(fleet.time_s, 3), agent.name, message.code, message.text))
         record.tick([agent.map for agent in agents], progress)

@@ -18,6 +18,8 @@ import numpy as np
 from vehicle_agent.adapters.ardupilot import COPTER, FIRMWARES
 from vehicle_agent.adapters.file_journal import FileJournal, JournalError, JournalHeader
 from vehicle_agent.adapters.mavsdk_autopilot import AutopilotError, MavsdkAutopilot
+from vehicle_agent.adapters.poor_radio import SPAWN_KEY, PoorRadio, is_poor
+from vehicle_agent.adapters.simulated_ranging import SimulatedRanging
 from vehicle_agent.adapters.zenoh_payload import ZenohPayload, unpacker
 from vehicle_agent.adapters.zenoh_team import ZenohTeam
 from vehicle_agent.crew import make_agent
@@ -27,9 +29,15 @@ from vehicle_agent.link.session import FleetLink, LinkError
 from vehicle_agent.link.tls import TlsFiles
 from vehicle_agent.mission.load import MissionError, MissionPlan, check_task, load_mission
 from vehicle_agent.mission.model import Mission
+from vehicle_agent.mission.tasks import MapTask
 from vehicle_agent.mission.vehicles import SingleBeamSensor
+from vehicle_agent.ports import Team, TeammateRange
 from vehicle_agent.runtime import Runtime, VehicleClock
-from vehicle_agent.wire.messages import Stage
+from vehicle_agent.wire.messages import AnyMessage, Stage
+
+RANGES_KEY = 2_200
+
+_log = logging.getLogger(__name__)
 
 
 @click.command()
@@ -125,14 +133,38 @@ async def _fly(plan: MissionPlan, index: int, folder: Path, connection: str, exi
             wake=_waker(loop, news),
         )
         opened.callback(autopilot.close)
+        team = _team(plan, index, link, clock)
         runtime = Runtime(
-            name, agent, autopilot, ZenohTeam(link), payload, journal, clock=clock, counters=lambda: link.counters,
-            folder=folder,
+            name, agent, autopilot, team, payload, journal, clock=clock,
+            counters=lambda: link.counters,
+            folder=folder, ranges=_ranges(plan, index, opened),
         )  # fmt: skip
         click.echo("ready")
         await runtime.run(stop, news, exit_when_done)
+        if isinstance(team, PoorRadio):
+            _log.info("radio: %d messages of teammates lost as the mission states, %d heard", team.lost, team.heard)
     if exit_when_done and agent.stage is Stage.REFUSED:
         raise AutopilotError(f"{name}: refused to fly; its last event in the log says why and what to mend")
+
+
+def _team(plan: MissionPlan, index: int, link: FleetLink, clock: VehicleClock) -> Team:
+    """The radio to teammates; between simulated vehicles as poor as the mission states."""
+    team, radio, names = ZenohTeam(link), plan.mission.radio, plan.vehicle_names
+    if plan.mission.vehicles[index].connection is not None or not is_poor(radio):
+        return team
+    rng = np.random.default_rng(np.random.SeedSequence(plan.mission.seed, spawn_key=(SPAWN_KEY, index)))
+    return PoorRadio(team, radio, [name for name in names if name != names[index]], lambda: clock.now_s, rng)
+
+
+def _ranges(plan: MissionPlan, index: int, opened: ExitStack) -> Callable[[list[AnyMessage]], list[TeammateRange]]:
+    """Distances that come with teammates' packets, between simulated vehicles that map."""
+    if not isinstance(plan.mission.task, MapTask) or plan.mission.vehicles[index].connection is not None:
+        return lambda _: []
+    name = plan.vehicle_names[index]
+    link = FleetLink.open(plan.mission.name, name, connect=[plan.simulator_endpoint()])
+    opened.callback(link.close)
+    rng = np.random.default_rng(np.random.SeedSequence(plan.mission.seed, spawn_key=(RANGES_KEY, index)))
+    return SimulatedRanging(link, name, rng).ranges
 
 
 def _sounding_period_s(plan: MissionPlan, index: int) -> float | None:

@@ -180,6 +180,23 @@ class AutopilotText:
     text: str
 
 
+@dataclass(frozen=True, slots=True)
+class TeammateRange:
+    """Distance to a teammate, by the time that a packet of it took through the water.
+
+    Attributes
+    ----------
+    sender, sequence
+        Of the packet.
+    range_m
+        Distance from where the teammate said it to where this vehicle was then.
+    """
+
+    sender: str
+    sequence: int
+    range_m: float
+
+
 @dataclass(slots=True)
 class Inbox:
     """What came in since the last step, each list in order of arrival."""
@@ -189,6 +206,7 @@ class Inbox:
     messages: list[AnyMessage] = field(default_factory=list)
     results: list[ActionResult] = field(default_factory=list)
     texts: list[AutopilotText] = field(default_factory=list)
+    ranges: list[TeammateRange] = field(default_factory=list)
 
 
 @dataclass(slots=True)

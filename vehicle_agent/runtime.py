@@ -17,8 +17,8 @@ import numpy as np
 
 from vehicle_agent.domain.team_map import TeamMap
 from vehicle_agent.link.counters import LinkCounters
-from vehicle_agent.ports import Autopilot, Inbox, Journal, Outbox, Payload, Team
-from vehicle_agent.wire.messages import Event, Severity, Stage
+from vehicle_agent.ports import Autopilot, Inbox, Journal, Outbox, Payload, Team, TeammateRange
+from vehicle_agent.wire.messages import AnyMessage, Event, Severity, Stage
 
 SILENT_STEP_S = 0.5
 """Wall time between steps while the autopilot is silent."""
@@ -130,6 +130,8 @@ class Runtime:
         Where `result.json` and `map.npz` go; None keeps nothing.
     wall_clock
         Seconds that grow steadily.
+    ranges
+        What the modem makes of messages that have just been heard; nothing, with a radio that is none.
     """
 
     def __init__(
@@ -145,6 +147,7 @@ class Runtime:
         counters: Callable[[], LinkCounters],
         folder: Path | None,
         wall_clock: Callable[[], float] = time.monotonic,
+        ranges: Callable[[list[AnyMessage]], list[TeammateRange]] = lambda _: [],
     ) -> None:
         self._name = name
         self._agent = agent
@@ -153,6 +156,7 @@ class Runtime:
         self._counters = counters
         self._folder = folder
         self._wall_clock = wall_clock
+        self._ranges = ranges
         self._inbox = Inbox()
         self._stepped_wall_s = wall_clock()
         self._watched_wall_s = -1e9
@@ -239,6 +243,7 @@ class Runtime:
         inbox, self._inbox = self._inbox, Inbox()
         inbox.messages = self._team.poll()
         inbox.scans = self._payload.poll()
+        inbox.ranges = self._ranges(inbox.messages)
         counts = self._counters()
         self._agent.bytes_sent, self._agent.messages_dropped = counts.bytes_sent, counts.dropped
         began_s = time.perf_counter()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 
 import numpy as np
 
@@ -15,11 +16,12 @@ from vehicle_agent.behaviour.map_exchange import encode_record
 from vehicle_agent.behaviour.modem import Modem
 from vehicle_agent.behaviour.rhythm import Rhythm
 from vehicle_agent.behaviour.shared_map import SharedMap
+from vehicle_agent.behaviour.units import to_metres
 from vehicle_agent.mission.load import MissionPlan
 from vehicle_agent.mission.tasks import MapTask
 from vehicle_agent.mission.vehicles import SingleBeamSensor
 from vehicle_agent.planning.mapping.choose import make_mapping_planner
-from vehicle_agent.ports import Inbox, Outbox, VehicleState
+from vehicle_agent.ports import Action, GoTo, Inbox, Outbox, VehicleState
 from vehicle_agent.wire.keys import TOPIC_BY_NAME
 from vehicle_agent.wire.messages import AnyMessage, LandmarkDigest, Landmarks, Stage
 
@@ -27,6 +29,8 @@ OPEN_WATER_PACKET_BYTES, OPEN_WATER_PERIOD_S = 1_000, 2.0
 """Of a radio that is no modem."""
 PACKETS_PER_STATUS = 3
 SOUNDING_STAGES = (Stage.WORKING, Stage.HOLDING, Stage.RETURNING)
+LEAST_TEAMMATE_SD_M = 0.3
+"""However well a teammate says it knows where it is."""
 SAME_READING = 0.6
 """A reading that comes sooner than this share of the sensor's period is the last one, told again."""
 
@@ -53,6 +57,10 @@ class SurveyAgent(VehicleAgent):
         self._checksum_rhythm = Rhythm(TOPIC_BY_NAME["landmark-digest"].period_s or 60.0)
         self._next_reading_ms = 0
         self._between_readings_ms = 1000.0 * sensor.period_s * SAME_READING
+        task = plan.mission.task
+        self._mends = isinstance(task, MapTask) and task.ranging
+        self._teammates = frozenset(plan.vehicle_names) - {plan.vehicle_names[index]}
+        self._ranged: dict[str, tuple[int, int]] = {}
         super().__init__(plan, index, boot_id, rng, journal_records)
 
     @property
@@ -61,15 +69,19 @@ class SurveyAgent(VehicleAgent):
         return sum(self._talk.refused.values()) + sum(self._share.refused.values()) + self._modem.dropped
 
     def step(self, now_s: float, inbox: Inbox) -> Outbox:
+        if self._mends:
+            self._hear_ranges(inbox)
         if inbox.state is not None:
             self._drift.watch(max(self._now_s, now_s), inbox.state)
+            inbox.state = _shifted(inbox.state, self._drift.correction_m)
             self._sound(inbox.state)
         self.messages_dropped += self.refused
         outbox = super().step(now_s, inbox)
         self._modem.put(outbox.messages)
         if self._modem.is_open(self._now_s) and self._state is not None:
             self._fill_packet(self._state)
-        return Outbox(outbox.journal, outbox.actions, self._modem.take(self._now_s))
+        actions = [_as_reckoned(action, self._drift.correction_m) for action in outbox.actions]
+        return Outbox(outbox.journal, actions, self._modem.take(self._now_s))
 
     def _outfit(self, plan: MissionPlan, index: int, rng: np.random.Generator) -> tuple[SharedMap, DepthNavigator]:
         mission, vehicle = plan.mission, plan.mission.vehicles[index]
@@ -84,6 +96,20 @@ class SurveyAgent(VehicleAgent):
         )
         planner = make_mapping_planner(plan, index)
         return self._share, DepthNavigator(plan, index, planner, self._share, self._talk, self._drift)
+
+    def _hear_ranges(self, inbox: Inbox) -> None:
+        """Mend the position by ranges to teammates whose packets came with them, each once."""
+        packets = {(told.sender, told.sequence): told for told in inbox.messages if isinstance(told, Landmarks)}
+        for measured in inbox.ranges:
+            packet = packets.get((measured.sender, measured.sequence))
+            if packet is None or packet.sender not in self._teammates:
+                continue
+            identity = (packet.boot_id, packet.sequence)
+            if self._ranged.get(packet.sender) == identity:
+                continue
+            self._ranged[packet.sender] = identity
+            sd_m = max(packet.position_sd_cm / 100.0, LEAST_TEAMMATE_SD_M)
+            self._drift.hear_range(measured.range_m, packet.stamp_ms, to_metres(packet.position_cm), sd_m)
 
     def _sound(self, state: VehicleState) -> None:
         """Fold a new reading of the echo sounder in, taken under way."""
@@ -128,3 +154,17 @@ class SurveyAgent(VehicleAgent):
         if self._checksum_rhythm.is_due(self._now_s):
             self._voice.say(LandmarkDigest, checksums=self._talk.digest())
         self._modem.put(self._voice.take())
+
+
+def _shifted(state: VehicleState, correction_m: tuple[float, float]) -> VehicleState:
+    """A state with the position mended."""
+    east_m, north_m, up_m = state.position_enu_m
+    return replace(state, position_enu_m=(east_m + correction_m[0], north_m + correction_m[1], up_m))
+
+
+def _as_reckoned(action: Action, correction_m: tuple[float, float]) -> Action:
+    """An order whose target the autopilot reaches by its own, unmended reckoning."""
+    if not isinstance(action.order, GoTo):
+        return action
+    east_m, north_m, up_m = action.order.position_enu_m
+    return replace(action, order=GoTo((east_m - correction_m[0], north_m - correction_m[1], up_m)))

@@ -178,6 +178,17 @@ def bathymetry(seeds: int, seed: int, json_file: Path | None) -> None:
 
 
 @bench.command()
+@click.option("--seeds", type=click.IntRange(1, 1000), default=6, show_default=True, help="Flights of each kind.")
+@SEED
+@JSON
+def harbour(seeds: int, seed: int, json_file: Path | None) -> None:
+    """Simulate the harbour survey with poorer radios and positions, and with what mends them; tell the maps' errors."""
+    from missions.bench.harbour import bench_harbour
+
+    sys.exit(bench_harbour(seeds, seed, json_file))
+
+
+@bench.command()
 @SEED
 @click.option("--frames", type=click.IntRange(1_000), default=5_000_000, show_default=True, help="How many.")
 @JSON

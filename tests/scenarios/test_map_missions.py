@@ -14,7 +14,7 @@ from missions.lockstep import LockstepResult, simulate
 from tests.fakes.map_missions import FLOOR_M, map_mission, map_plan
 from vehicle_agent.domain.landmark_atlas import LandmarkAtlas
 from vehicle_agent.mission.load import plan_mission
-from vehicle_agent.mission.model import RadioTable
+from vehicle_agent.mission.model import RadioTable, StopTable
 from vehicle_agent.mission.tasks import MapTask
 from vehicle_agent.mission.terrain import FlatTerrain
 
@@ -118,3 +118,16 @@ def test_a_vehicle_rises_from_ground_that_reaches_into_its_depth() -> None:
     assert not any(result.crashed)
     above_m = result.positions_enu_m[30:90, 1, 2] - result.true_elevation_m.max()
     assert np.median(above_m) >= 1.0
+
+
+def test_who_may_not_come_up_is_kept_right_by_ranges_to_a_teammate() -> None:
+    """Ten minutes of reckoning take a vehicle tens of metres astray; its teammate comes up for fixes."""
+    stop = StopTable(time_limit_s=600.0)
+    errors_m = []
+    for ranging in (True, False):
+        task = MapTask(step_m=20.0, accurate_sd_m=0.2, stays_down=("brisa",), ranging=ranging)
+        results = [simulate(map_plan(task=task, stop=stop, seed=seed)) for seed in (1, 3)]
+        assert all(all(result.finished) for result in results)
+        maps = [result.depth_map for result in results]
+        errors_m.append(np.mean([drawn.rms_error_m for drawn in maps if drawn and drawn.rms_error_m is not None]))
+    assert errors_m[0] < 0.8 * errors_m[1]

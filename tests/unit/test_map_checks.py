@@ -37,6 +37,13 @@ def test_a_capacity_of_nothing() -> None:
         plan_mission(map_mission(task=msgspec.structs.replace(MapTask(), capacity=0)))
 
 
+def test_a_vehicle_that_stays_down_and_does_not_exist() -> None:
+    text = refusal(task=MapTask(stays_down=("brisa", "carla")))
+    assert "task.stays_down" in text
+    assert "'carla'" in text
+    assert "alba, brisa" in text
+
+
 @pytest.mark.parametrize(
     ("changes", "key"),
     [

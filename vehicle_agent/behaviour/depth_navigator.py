@@ -59,7 +59,7 @@ class DepthNavigator:
         self._plan, self._index, self._planner = plan, index, planner
         self._share, self._talk, self._drift = share, talk, drift
         self._sensor = beam_of(plan, index)
-        self._surfaces = task.surfacing
+        self._surfaces = task.surfacing and vehicle.name not in task.stays_down
         self._surface_up_m = plan.mission.simulation.water_level_m
         self._up_m = self._surface_up_m - (vehicle.depth_m or 0.0)
         self._band = HeightBand(vehicle.min_above_terrain_m, self._up_m, self._up_m)

@@ -20,6 +20,9 @@ def check_map_team(plan: MissionPlan) -> None:
 
     if plan.grid.cells > MAX_LANDMARKS:
         raise fail("area.cell_m", f"makes {plan.grid.cells} landmarks, one a cell; at most {MAX_LANDMARKS} can be told")
+    names = plan.vehicle_names
+    if isinstance(mission.task, MapTask) and (unknown := [n for n in mission.task.stays_down if n not in names]):
+        raise fail("task.stays_down", f"names no vehicle with {unknown[0]!r}; there are {', '.join(names)}")
     for index, vehicle in enumerate(mission.vehicles):
         where = f"vehicles[{index}]"
         if vehicle.type != "underwater-vehicle":

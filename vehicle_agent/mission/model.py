@@ -100,7 +100,7 @@ class RadioTable(Table, frozen=True, kw_only=True):
         An acoustic modem: all that a vehicle says goes into one packet of at most so many bytes per so many seconds of
         vehicle time, the most urgent first. Left out: no such limit.
     range_m, loss, delay_s
-        Radio between vehicles in `missions simulate` (left out: unlimited, none, none).
+        Radio between simulated vehicles (left out: unlimited, none, none); one with a `connection` has its own.
     tls
         Certificates; left out, the link is not secured.
     """

@@ -76,6 +76,10 @@ class MapTask(Table, frozen=True, kw_only=True, tag_field="kind", tag="map"):
         Landmarks in one packet to teammates.
     surfacing
         Come up for a position fix when the time that this takes is worth it; else only at the end.
+    stays_down
+        Vehicles that never come up for a fix, be it for ice, hulls or nets above them: teammates' ranges must do.
+    ranging
+        Mend the position by the distance to teammates that every packet of theirs tells, and surface the later for it.
     """
 
     planner: MapPlannerName = "survey"
@@ -84,6 +88,8 @@ class MapTask(Table, frozen=True, kw_only=True, tag_field="kind", tag="map"):
     attempts: Annotated[int, Meta(ge=1, le=10_000)] = 200
     capacity: Annotated[int, Meta(ge=1, le=4_000)] = 10
     surfacing: bool = True
+    stays_down: Annotated[tuple[str, ...], Meta(max_length=200)] = ()
+    ranging: bool = True
 
 
 Task = ExploreTask | CoverTask | MapTask
