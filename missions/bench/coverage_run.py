@@ -19,7 +19,7 @@ from vehicle_agent.domain.frames import FloatArray, Point
 from vehicle_agent.domain.grid import Grid, IndexArray
 from vehicle_agent.domain.paths import assumed_surface
 from vehicle_agent.domain.polygon import BoolArray
-from vehicle_agent.domain.visibility import eyes_in_cells, seen_cells
+from vehicle_agent.domain.visibility import eye_in_cells, seen_cells
 from vehicle_agent.planning.constraints import Constraints, Reservation
 from vehicle_agent.planning.interface import Finished, Observation, Planner, Situation, Teammate, Waypoint
 
@@ -140,8 +140,7 @@ class _Coverage:
 
     def _look(self, position: Point) -> IndexArray:
         """What is seen from a place; what of it nobody had seen goes into the team's map."""
-        eye = eyes_in_cells(self._grid, np.array(position))[0]
-        seen = seen_cells(self._truth, eye, self._grid.cell_m, self._team.range_m)
+        seen = seen_cells(self._truth, eye_in_cells(self._grid, position), self._grid.cell_m, self._team.range_m)
         new = unmarked(self._observed, seen)
         if len(new):
             self._observed[new] = True

@@ -1,4 +1,8 @@
-"""One team in one town, second by second: vehicles fly through what they know, look down, tell, until all is seen."""
+"""One team in one town, second by second: vehicles fly through what they know, look down, tell, until all is seen.
+
+What is seen in a second is told at its end and known to all in the next: the lag of the exploration bench, whose steps
+are as long. Lost and late messages are tried in missions.
+"""
 
 from __future__ import annotations
 
@@ -17,8 +21,6 @@ from vehicle_agent.planning.voxel_explorer import Voxel, VoxelExplorer, VoxelTea
 from vehicle_agent.planning.voxel_picture import VoxelPicture
 from vehicle_agent.wire.voxel_blob import pack_voxels
 
-TELL_S = 2
-"""Between two map messages of one vehicle."""
 IDLE_S = 4
 """A vehicle with nothing to do asks again after so many seconds, when the map has changed."""
 
@@ -101,8 +103,7 @@ class UrbanExploration:
         while True:
             for index in range(len(self._flyers)):
                 self._scan(index)
-                if self._now_s % TELL_S == 0:
-                    self._tell(index)
+                self._tell(index)
             picture = VoxelPicture.of(self._map.states(), self._ceiling)
             shares.append(self._share(picture))
             track.append([self._grid.centre_of(flyer.voxel) for flyer in self._flyers])

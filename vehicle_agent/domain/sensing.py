@@ -9,7 +9,7 @@ import numpy as np
 from vehicle_agent.domain.frames import FloatArray, Point
 from vehicle_agent.domain.grid import Grid, IndexArray
 from vehicle_agent.domain.polygon import BoolArray
-from vehicle_agent.domain.visibility import eyes_in_cells, seen_cells
+from vehicle_agent.domain.visibility import eye_in_cells, seen_cells
 
 
 def visible_surface(grid: Grid, elevation_m: FloatArray, position_enu_m: Point, range_m: float) -> IndexArray:
@@ -31,8 +31,7 @@ def visible_surface(grid: Grid, elevation_m: FloatArray, position_enu_m: Point, 
     """
     if not all(math.isfinite(coordinate) for coordinate in position_enu_m):
         return np.empty(0, dtype=np.int64)
-    eye = eyes_in_cells(grid, np.array(position_enu_m))[0]
-    return seen_cells(np.ascontiguousarray(elevation_m), eye, grid.cell_m, range_m)
+    return seen_cells(np.ascontiguousarray(elevation_m), eye_in_cells(grid, position_enu_m), grid.cell_m, range_m)
 
 
 def view(grid: Grid, elevation_m: FloatArray, position_enu_m: Point, range_m: float) -> BoolArray:

@@ -13,7 +13,7 @@ import math
 import numpy as np
 
 from vehicle_agent.domain.compiled import compiled
-from vehicle_agent.domain.frames import FloatArray
+from vehicle_agent.domain.frames import FloatArray, Point
 from vehicle_agent.domain.grid import Grid, IndexArray
 from vehicle_agent.domain.polygon import BoolArray
 
@@ -27,6 +27,12 @@ def eyes_in_cells(grid: Grid, positions_enu_m: FloatArray) -> FloatArray:
     eyes[:, 0] = (eyes[:, 0] - grid.west_m) / grid.cell_m - 0.5
     eyes[:, 1] = (eyes[:, 1] - grid.south_m) / grid.cell_m - 0.5
     return eyes
+
+
+def eye_in_cells(grid: Grid, position_enu_m: Point) -> FloatArray:
+    """One position as the kernels take it, quicker than as one of several: (3,) float64."""
+    east_m, north_m, up_m = position_enu_m
+    return np.array(((east_m - grid.west_m) / grid.cell_m - 0.5, (north_m - grid.south_m) / grid.cell_m - 0.5, up_m))
 
 
 @compiled

@@ -132,6 +132,6 @@ def least_squares(matrix: FloatArray, values: FloatArray) -> FloatArray:
     right[:rows, 0] = values
     free_columns = np.zeros((unknowns, 1), dtype=np.int32)
     work = 2 * min(rows, unknowns) + 64 * (unknowns + 1)
-    _, solution, *_ = dgelsy(matrix, right, free_columns, _CONDITION, work)
+    _, solution, *_ = dgelsy(matrix, right, free_columns, _CONDITION, work, overwrite_b=True)
     shortest: FloatArray = solution[:unknowns, 0]
     return shortest

@@ -2,7 +2,7 @@
 
 The team agrees as by `Stations`: each vehicle claims the place where it will stay, and keeps proposing better ones to
 itself, weighed by the faces that no teammate's place sees, as the team's voxel map predicts them. What nobody knows yet
-is taken for air over level ground, but below roofs for solid, so that a promising place is flown to and looked at.
+is taken for air over level ground, but within buildings for solid, so that a promising place is flown to and looked at.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.ndimage import label
 
 from vehicle_agent.domain.frames import FloatArray, Point
 from vehicle_agent.domain.grid import IndexArray
@@ -20,7 +21,7 @@ from vehicle_agent.domain.voxel_evidence import ByteArray
 from vehicle_agent.domain.voxel_faces import best_faces, open_faces, seen_faces
 from vehicle_agent.domain.voxel_grid import VoxelGrid
 from vehicle_agent.domain.voxel_paths import UNREACHED, trace_voxels, voxel_distances, with_clearance
-from vehicle_agent.domain.voxels import OCCUPIED, UNKNOWN
+from vehicle_agent.domain.voxels import FREE, OCCUPIED, UNKNOWN
 from vehicle_agent.planning.frontier_travel import bearing_word
 from vehicle_agent.planning.interface import Finished, Teammate, Wait
 from vehicle_agent.planning.settling import Settling, SettlingParams
@@ -76,7 +77,7 @@ class _Estimate:
     Attributes
     ----------
     states : (U, V, W) uint8, what it was worked out from.
-    solid : (U, V, W) bool, known surface, and what nobody knows below it or on the ground.
+    solid : (U, V, W) bool, known surface, and what nobody knows below it, behind its walls or on the ground.
     faces : (U, V, W) uint8, its faces that touch air.
     open_air : (U, V, W) bool, where a vehicle may hope to be: nothing is known to be within a voxel of it.
     worth : (U, V) int64, what a face counts; more where nothing stands yet, for what may.
@@ -93,12 +94,23 @@ class _Estimate:
         """Estimate from a map, and from where (U, V, W) what is not known could not be reached either."""
         occupied, unknown = picture.states == OCCUPIED, picture.states == UNKNOWN
         below_roofs = np.logical_or.accumulate(occupied[:, :, ::-1], axis=2)[:, :, ::-1]
-        solid: BoolArray = occupied | (unknown & (below_roofs | out_of_reach))
+        solid: BoolArray = occupied | (unknown & (below_roofs | out_of_reach | _walled_in(picture.states)))
         solid[:, :, 0] |= unknown[:, :, 0]
         worth = np.where(below_roofs[:, :, 0], 1, UNBUILT_WORTH)
         open_air = with_clearance(~solid)
         open_air[:, :, picture.ceiling + 1 :] = False
         return cls(picture.states, solid, open_faces(solid), open_air, worth)
+
+
+def _walled_in(states: ByteArray) -> BoolArray:
+    """What known walls cut off from all known air of its layer, as the inside of buildings: (U, V, W) bool."""
+    level = np.zeros((3, 3, 3), dtype=np.bool_)
+    level[:, 1, 1] = level[1, :, 1] = True
+    rooms, count = label(states != OCCUPIED, level)
+    has_air = np.zeros(count + 1, dtype=np.bool_)
+    has_air[rooms[states == FREE]] = True
+    walled_in: BoolArray = ~has_air[rooms]
+    return walled_in
 
 
 class VoxelStations:
