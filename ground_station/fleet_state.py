@@ -42,6 +42,7 @@ from ground_station.samples import trail_with, windowed
 from ground_station.text import clean
 from ground_station.trouble_log import TroubleLog
 from ground_station.vehicle_picture import AutopilotPicture
+from vehicle_agent.mission.talk import status_period_s
 from vehicle_agent.wire.messages import (
     AnyMessage,
     Claim,
@@ -275,7 +276,7 @@ class _Draft:
             self._pace = windowed(self._pace, (self._now_s, stamp_ms), PACE_WINDOW_S)
         pace = replace(self._state, pace_samples=self._pace).speedup or 1.0
         for vehicle in self._vehicles.values():
-            condition = next_condition(vehicle, self._now_s, pace)
+            condition = next_condition(vehicle, self._now_s, pace, status_period_s(self._state.plan))
             if condition is vehicle.condition:
                 continue
             found = transition_text(vehicle, condition, self._now_s)

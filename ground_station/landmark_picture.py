@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ground_station.drawn_surface import DrawnSurface, redrawn
 from vehicle_agent.domain.elevation import CellObservations
 from vehicle_agent.domain.frames import FloatArray
 from vehicle_agent.domain.landmark_atlas import LandmarkAtlas
@@ -31,9 +32,12 @@ class LandmarkPicture:
     ----------
     atlas
         The landmarks, one per cell.
+    drawn
+        The surface drawn through them, of this version or one not much older; None before there is enough to draw.
     """
 
     atlas: LandmarkAtlas
+    drawn: DrawnSurface | None = None
 
     @classmethod
     def of(cls, plan: MissionPlan) -> LandmarkPicture | None:
@@ -91,4 +95,5 @@ class LandmarkPicture:
                 heights_dm = np.rint(10 * atlas.elevation_m.ravel()[fresh]).astype(np.int32)
                 stamps_ms = np.full(len(fresh), stamp_ms, dtype=np.int64)
                 seen.append((index, CellObservations(fresh, heights_dm, stamps_ms)))
-        return (LandmarkPicture(atlas) if changed else self), seen, malformed
+        picture = LandmarkPicture(atlas, redrawn(self.drawn, atlas)) if changed else self
+        return picture, seen, malformed

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from ground_station.text import age
 from ground_station.vehicle_picture import Condition, VehiclePicture
-from vehicle_agent.wire.keys import TOPIC_BY_NAME
 from vehicle_agent.wire.messages import Severity
 
 SUSPECT_AFTER_S = 1.0
@@ -16,18 +15,17 @@ DIED_WITHIN_S = 2.5
 """A dead program's token goes at once, that of one out of reach a whole lease after its last word."""
 
 
-def next_condition(vehicle: VehiclePicture, now_s: float, speedup: float) -> Condition:
+def next_condition(vehicle: VehiclePicture, now_s: float, speedup: float, status_period_s: float) -> Condition:
     """Condition of a vehicle at station time `now_s`.
 
-    A status is due once per period of vehicle time, so silence counts from the moment the next one was due.
+    A status is due once per `status_period_s` of vehicle time; silence counts from the moment the next one was due.
     """
     silence_s = vehicle.age_s(now_s)
     # A token that went after the last status tells of a death at once; a status after that tells of a new life.
     token_gone = vehicle.alive is False and (vehicle.arrival_s is None or vehicle.alive_changed_s >= vehicle.arrival_s)
     if silence_s is None:
         return Condition.LOST if token_gone else Condition.AWAITED
-    period_s = (TOPIC_BY_NAME["status"].period_s or 1.0) / max(1.0, speedup)
-    overdue_s = silence_s - period_s
+    overdue_s = silence_s - status_period_s / max(1.0, speedup)
     if token_gone or overdue_s > LEASE_S:
         return Condition.LEFT if vehicle.finished else Condition.LOST
     if overdue_s > SUSPECT_AFTER_S:

@@ -18,6 +18,7 @@ from vehicle_agent.behaviour.rhythm import Rhythm
 from vehicle_agent.behaviour.shared_map import SharedMap
 from vehicle_agent.behaviour.units import to_metres
 from vehicle_agent.mission.load import MissionPlan
+from vehicle_agent.mission.talk import PACKETS_PER_STATUS, packet_of
 from vehicle_agent.mission.tasks import MapTask
 from vehicle_agent.mission.vehicles import SingleBeamSensor
 from vehicle_agent.planning.mapping.choose import make_mapping_planner
@@ -25,9 +26,6 @@ from vehicle_agent.ports import Action, GoTo, Inbox, Outbox, VehicleState
 from vehicle_agent.wire.keys import TOPIC_BY_NAME
 from vehicle_agent.wire.messages import AnyMessage, LandmarkDigest, Landmarks, Stage
 
-OPEN_WATER_PACKET_BYTES, OPEN_WATER_PERIOD_S = 1_000, 2.0
-"""Of a radio that is no modem."""
-PACKETS_PER_STATUS = 3
 SOUNDING_STAGES = (Stage.WORKING, Stage.HOLDING, Stage.RETURNING)
 LEAST_TEAMMATE_SD_M = 0.3
 """However well a teammate says it knows where it is."""
@@ -46,13 +44,9 @@ class SurveyAgent(VehicleAgent):
         rng: np.random.Generator,
         journal_records: Iterable[bytes] = (),
     ) -> None:
-        radio, sensor = plan.mission.radio, plan.mission.vehicles[index].sensor
+        sensor = plan.mission.vehicles[index].sensor
         assert isinstance(sensor, SingleBeamSensor)
-        self._modem = (
-            Modem(OPEN_WATER_PACKET_BYTES, OPEN_WATER_PERIOD_S)
-            if radio.packet_bytes is None
-            else Modem(radio.packet_bytes, radio.packet_period_s)
-        )
+        self._modem = Modem(*packet_of(plan))
         self._packets = 0
         self._checksum_rhythm = Rhythm(TOPIC_BY_NAME["landmark-digest"].period_s or 60.0)
         self._next_reading_ms = 0

@@ -80,10 +80,12 @@ def _contribution_lines(state: FleetState, curves: Curves, width: int, height: i
 def _title(state: FleetState, look: Look) -> Line:
     quiet = look.ink(palette.QUIET)
     rate = _rate_per_min(state)
+    drawn = state.landmarks.drawn if state.landmarks is not None else None
     return line_of(
         ("coverage ", quiet),
         (f"{100 * state.coverage:.1f}%", look.ink(palette.ACCENT, bold=True)),
         (f"  {rate:+.1f}%/min" if rate is not None else "", quiet),
+        (f"  ±{drawn.typical_sd_m():.2f} m" if drawn is not None else "", quiet),
     )
 
 

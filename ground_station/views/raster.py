@@ -16,6 +16,8 @@ from ground_station.views.window import Ground
 from vehicle_agent.domain.frames import FloatArray
 
 NEEDS_TELLING = (Ground.UNCERTAINTY, Ground.BELIEF)
+DRAWN_BETWEEN = (Ground.ELEVATION, Ground.UNCERTAINTY)
+"""Grounds that show a surface between landmarks too."""
 """What only some kinds of mission tell; the caption says so where it is missing."""
 OUTSIDE, UNOBSERVED, OBSERVED, FRONTIER = range(4)
 RAMP_ROUNDING_M = 50.0
@@ -76,6 +78,11 @@ def rasterise(
     grid = team_map.elevation.grid
     observed = team_map.elevation.observed & team_map.area
     heights_m = np.where(observed, team_map.elevation.elevation_dm * 0.1, 0.0)
+    seen, seen_dm = observed, team_map.elevation.elevation_dm[observed]
+    drawn = landmarks.drawn if landmarks is not None and ground in DRAWN_BETWEEN else None
+    if landmarks is not None and drawn is not None:
+        between = team_map.area & ~observed & (drawn.sd_m < landmarks.most_shown_sd_m)
+        heights_m, observed = np.where(between, drawn.elevation_m, heights_m), observed | between
     frontier = frontier_cells(team_map)
     if min(view.pixel_width_m, view.pixel_height_m) < grid.cell_m:
         layers = [_sampled(layer.astype(np.float64), team_map, view) for layer in (team_map.area, observed, frontier)]
@@ -88,21 +95,23 @@ def rasterise(
     kind[area_sums > 0] = UNOBSERVED
     kind[(observed_sums > 0) & (observed_sums >= 0.5 * area_sums)] = OBSERVED
     kind[frontier_sums > 0] = FRONTIER
-    seen_dm = team_map.elevation.elevation_dm[observed]
     lowest_m, highest_m = (float(seen_dm.min()) / 10, float(seen_dm.max()) / 10) if len(seen_dm) else (0.0, 0.0)
     low_m = math.floor(lowest_m / RAMP_ROUNDING_M) * RAMP_ROUNDING_M
     high_m = max(math.ceil(highest_m / RAMP_ROUNDING_M) * RAMP_ROUNDING_M, low_m + RAMP_ROUNDING_M)
     mean_m = height_sums / np.maximum(observed_sums, 1.0)
     share = np.where(observed_sums > 0, np.clip((mean_m - low_m) / (high_m - low_m), 0.0, 1.0), 0.0)
     stamps_ms = team_map.elevation.first_stamp_ms
-    first_ms, last_ms = (int(stamps_ms[observed].min()), int(stamps_ms[observed].max())) if len(seen_dm) else (0, 0)
+    first_ms, last_ms = (int(stamps_ms[seen].min()), int(stamps_ms[seen].max())) if len(seen_dm) else (0, 0)
     if ground is Ground.SEEN_WHEN:
         ages = np.where(observed, (stamps_ms - first_ms) / max(1, last_ms - first_ms), 0.0)
         share = np.clip(_sampled(ages, team_map, view), 0.0, 1.0)
     if ground in NEEDS_TELLING:
         share = np.zeros_like(share)
     if ground is Ground.UNCERTAINTY and landmarks is not None:
-        share = _sampled(np.minimum(1.0, landmarks.sd_m / landmarks.most_shown_sd_m), team_map, view)
+        sd_m = landmarks.sd_m
+        if drawn is not None:
+            sd_m = np.where(np.isfinite(sd_m), sd_m, drawn.sd_m)
+        share = _sampled(np.minimum(1.0, sd_m / landmarks.most_shown_sd_m), team_map, view)
     seen_by = np.full((view.width, view.height), -1, dtype=np.int16)
     if ground is Ground.SEEN_BY:
         seen_by = (_sampled(_lowest_bits(team_map.elevation.observers) + 1.0, team_map, view) - 1.0).astype(np.int16)

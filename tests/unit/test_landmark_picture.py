@@ -9,14 +9,17 @@ import pytest
 from ground_station.fleet_state import fold
 from ground_station.inputs import FleetInput, Heard, Tick
 from ground_station.picture import FleetState
+from ground_station.views.curve_view import curve_lines
 from ground_station.views.ink import Look, text_of
 from ground_station.views.map_view import caption, map_raster
+from ground_station.views.raster import OBSERVED
 from ground_station.views.window import Ground, MapWindow
 from tests.fakes.pictures import same_picture
 from tests.fakes.talking_fleet import EPOCH_MS, small_plan
 from vehicle_agent.domain.landmark_records import ACCURATE, QUANTA_PER_ACCURATE_SD, LandmarkRecords
 from vehicle_agent.mission.load import MissionPlan, plan_mission
 from vehicle_agent.mission.model import Mission
+from vehicle_agent.mission.talk import status_period_s
 from vehicle_agent.wire.landmark_blob import pack_landmarks
 from vehicle_agent.wire.messages import Landmarks
 
@@ -105,6 +108,39 @@ def test_the_uncertainty_layer_is_drawn_where_it_is_told_and_redrawn_with_news(p
     assert surer.team_map is state.team_map
     assert map_raster(surer, 20, 10, LOOK, raster, window).height_share.max() < 0.2
     assert map_raster(state, 20, 10, LOOK, raster, window) is raster
+
+
+def test_the_ground_between_landmarks_is_drawn_where_it_is_certain_enough(plan: MissionPlan) -> None:
+    """Every other column of the western half is told: the columns between are drawn too, the far east is not."""
+    packets = [told("alba", 1 + column, range(20 * column, 20 * column + 20), 4 * ACCURATE) for column in (0, 2, 4, 6)]
+    state = picture(plan, *packets)
+    assert state.landmarks is not None
+    assert state.landmarks.drawn is not None
+    assert state.landmarks.drawn.elevation_m[3] == pytest.approx(-12.0, abs=0.3)
+    assert state.landmarks.drawn.sd_m[3].max() < state.landmarks.drawn.sd_m[19].min()
+    kinds = map_raster(state, 20, 10, LOOK, None, MapWindow()).kind
+    seen_alone = map_raster(state, 20, 10, LOOK, None, MapWindow(ground=Ground.OBSERVED)).kind
+    assert (kinds == OBSERVED).sum() > (seen_alone == OBSERVED).sum()
+    assert "±" in text_of(curve_lines(state, 40, 6, LOOK)[0])
+
+
+def test_the_surface_is_not_drawn_anew_for_every_landmark(plan: MissionPlan) -> None:
+    first = picture(plan, told("alba", 1, range(100), ACCURATE))
+    more = fold(first, [told("alba", 2, range(100, 103), ACCURATE)])
+    much = fold(first, [told("alba", 2, range(100, 140), ACCURATE)])
+    assert first.landmarks
+    assert more.landmarks
+    assert much.landmarks
+    assert first.landmarks.drawn is more.landmarks.drawn is not None
+    assert much.landmarks.drawn is not first.landmarks.drawn
+
+
+def test_a_modems_seldom_status_is_not_overdue(plan: MissionPlan) -> None:
+    """Of three packets, one every so many seconds, one is a status."""
+    modem = msgspec.structs.replace(plan.mission.radio, packet_bytes=200, packet_period_s=10.0)
+    quiet = plan_mission(msgspec.structs.replace(plan.mission, radio=modem))
+    assert status_period_s(quiet) == 30.0
+    assert status_period_s(small_plan()) == 1.0
 
 
 @pytest.mark.parametrize("ground", [Ground.UNCERTAINTY, Ground.BELIEF])
