@@ -2,8 +2,9 @@
 
 Landmarks are gathered in cells. Of each cell the planner knows how much is left to do, from where, and how long that
 takes by the sensor's equation. It looks several visits ahead for the most work in the least time, leaves to teammates
-what they go for, and takes what lies beside its way when that is worth the time. Vehicles keep company in small groups:
-a group's first goes where it likes within the group's own part of the area, the others work where they still hear it.
+what they go for and most of what they are nearer to, and takes what lies beside its way when that is worth the time.
+Vehicles keep company in small groups: a group's first goes where it likes within the group's own part of the area, the
+others work where they still hear it.
 """
 
 from __future__ import annotations

@@ -76,6 +76,8 @@ class LandmarkExchange:
     def packet(self, position_enu_m: Point, teammates_enu_m: Sequence[Point]) -> LandmarkRecords:
         """What to tell now: at most `capacity` landmarks, nearest to reachable teammates first.
 
+        With a backlog that is the order of news, and what comes after it goes by how much is untold.
+
         Parameters
         ----------
         position_enu_m
@@ -101,7 +103,9 @@ class LandmarkExchange:
         )
 
     def sieve(self, packets: Sequence[LandmarkRecords], position_enu_m: Point) -> LandmarkRecords:
-        """What to take in of several teammates' packets: the nearest to this vehicle, up to its capacity."""
+        """What to take in of several teammates' packets, up to its capacity: the nearest to this vehicle, or with a
+        backlog those that add most.
+        """
         told = LandmarkRecords.joined(LandmarkRecords.empty(), *packets)
         if self.params.keeps_backlog:
             return self._most_telling(told)
