@@ -110,7 +110,7 @@ def rasterise(
     if ground is Ground.UNCERTAINTY and landmarks is not None:
         sd_m = landmarks.sd_m
         if drawn is not None:
-            sd_m = np.where(np.isfinite(sd_m), sd_m, drawn.sd_m)
+            sd_m = np.minimum(sd_m, drawn.sd_m)  # a landmark is better known by its neighbours than by itself
         share = _sampled(np.minimum(1.0, sd_m / landmarks.most_shown_sd_m), team_map, view)
     seen_by = np.full((view.width, view.height), -1, dtype=np.int16)
     if ground is Ground.SEEN_BY:
