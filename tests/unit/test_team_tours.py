@@ -12,7 +12,7 @@ from vehicle_agent.domain.frames import FloatArray
 from vehicle_agent.domain.grid import IndexArray
 from vehicle_agent.domain.shared_tours import mend_tours
 from vehicle_agent.planning.interface import AnnouncedTour
-from vehicle_agent.planning.patches import Patches
+from vehicle_agent.planning.patches import Stops
 from vehicle_agent.planning.team_tours import LAST_NUMBER, Tourist, announced_order, own_tour
 
 
@@ -64,9 +64,9 @@ def test_two_vehicles_part_two_heaps_between_them() -> None:
         assert len({points[place][0] for place in walk(next_of, vehicle)}) == 1
 
 
-def line_of_patches(count: int) -> Patches:
+def line_of_stops(count: int) -> Stops:
     centres = np.column_stack((10.0 * np.arange(count), np.zeros(count)))
-    return Patches(np.arange(count), centres, np.full(count, 100))
+    return Stops(np.arange(count), centres, np.full(count, 100))
 
 
 def test_the_later_announcement_holds_a_patch_that_two_announced() -> None:
@@ -80,7 +80,7 @@ def test_the_later_announcement_holds_a_patch_that_two_announced() -> None:
 
 
 def test_teammates_who_hear_each_other_share_all_patches_out() -> None:
-    patches = line_of_patches(12)
+    patches = line_of_stops(12)
     places = {0: (0.0, 0.0, 5.0), 1: (110.0, 0.0, 5.0)}
     tours: dict[int, AnnouncedTour | None] = {0: None, 1: None}
     for index in (0, 1, 0, 1):
@@ -92,7 +92,7 @@ def test_teammates_who_hear_each_other_share_all_patches_out() -> None:
 
 
 def test_a_tour_that_stays_is_not_announced_anew_and_numbers_do_not_overflow() -> None:
-    patches = line_of_patches(3)
+    patches = line_of_stops(3)
     last = AnnouncedTour(LAST_NUMBER, ())
     team = [Tourist(0, (-5.0, 0.0, 5.0), None), Tourist(1, (900.0, 0.0, 5.0), last)]
     first = own_tour(team, 0, patches, np.zeros(3), None, 10, 4)

@@ -9,10 +9,9 @@ import pytest
 
 from vehicle_agent.domain.elevation import CellObservations, ElevationMap
 from vehicle_agent.domain.grid import Grid, IndexArray
-from vehicle_agent.domain.patch_sums import stops_of
 from vehicle_agent.domain.paths import nearest_known_cell, travel_distances
 from vehicle_agent.domain.polygon import BoolArray
-from vehicle_agent.planning.patches import PatchDivision, UnseenPatches
+from vehicle_agent.planning.patches import PatchDivision, Stops, UnseenPatches
 from vehicle_agent.planning.travel import _shortest_way
 
 GRID = Grid(-20.0, 30.0, 2.0, 23, 31)
@@ -23,18 +22,17 @@ def observe(team_map: ElevationMap, cells: IndexArray, observer: int = 0) -> Non
 
 
 def check(unseen: UnseenPatches, division: PatchDivision, team_map: ElevationMap, area: BoolArray) -> None:
-    found = unseen.patches()
-    count = 0
     for number in range(division.shape[0] * division.shape[1]):
         columns, rows = division.cells_of(number)
-        cells = np.argwhere((area & ~team_map.observed)[columns, rows]) + np.array([columns.start, rows.start])
+        cells = np.argwhere((area & ~team_map.observed)[columns, rows])
         assert unseen.unseen_in(number) == len(cells)
-        if len(cells):
-            assert found.numbers[count] == number
-            assert found.unseen[count] == len(cells)
-            assert found.centroids_en_m[count] == pytest.approx(np.mean([GRID.centre_of(*c) for c in cells], axis=0))
-            count += 1
-    assert len(found) == count
+    stops = unseen.stops(set(), 6.0, 0.0, 0.0)
+    assert unseen.any_left(set()) == bool(len(stops))
+    left = np.argwhere(area & ~team_map.observed)
+    middles = np.array([GRID.centre_of(*cell) for cell in left]).reshape(-1, 2)
+    away_m = np.hypot(*(middles[:, None, :] - stops.places_en_m[None, :, :]).transpose(2, 0, 1))
+    assert stops.unseen.sum() == (away_m <= 6.0 + 1e-9).any(axis=1).sum()  # each cell counts for one stop
+    assert np.all(np.diff(stops.numbers) > 0)
 
 
 def test_counts_follow_a_growing_map_and_begin_anew_with_another_map_or_area() -> None:
@@ -64,9 +62,43 @@ def test_counts_follow_a_growing_map_and_begin_anew_with_another_map_or_area() -
     assert np.array_equal(np.sort(loaded.observed_since(0)), np.arange(GRID.cells))
 
 
+def stops_of_line(unseen_columns: list[int], radius_m: float, remnant: float, beside_m: float) -> Stops:
+    """Stops on a strip of 60 x 5 metres in patches of 5 x 5, where only some columns are unseen."""
+    grid = Grid(0.0, 0.0, 1.0, 60, 5)
+    area = np.ones(grid.shape, dtype=np.bool_)
+    team_map = ElevationMap(grid)
+    observe(team_map, np.flatnonzero(~np.isin(np.arange(grid.cells) // grid.rows, unseen_columns)))
+    unseen = UnseenPatches(PatchDivision(grid, area, 5.0))
+    unseen.follow(team_map, area)
+    return unseen.stops(set(), radius_m, remnant, beside_m)
+
+
+def test_what_the_stop_of_one_patch_shows_needs_no_other() -> None:
+    stops = stops_of_line([10, 11, 12, 13, 14, 15, 21], 4.0, 0.0, 0.0)
+    assert stops.numbers.tolist() == [2, 4]  # column 15 lies in patch 3, and is seen from patch 2
+    assert stops.places_en_m[0] == pytest.approx((12.5, 2.5))
+    assert stops.unseen.tolist() == [30, 5]
+
+
+def test_the_middle_is_that_of_what_no_stop_has_shown_yet() -> None:
+    stops = stops_of_line([10, 11, 12, 13, 14, 15, 16, 19], 4.0, 0.0, 0.0)
+    assert stops.numbers.tolist() == [2, 3]
+    assert stops.places_en_m[1, 0] > 16.5  # the first stop shows a part of columns 15 and 16
+
+
 def test_a_remnant_is_a_stop_only_where_no_other_stop_is_near() -> None:
-    centres = np.array([(0.0, 0.0), (5.0, 0.0), (30.0, 0.0), (34.0, 0.0)])
-    assert stops_of(centres, np.array([50, 3, 4, 6]), 10.0, 8.0).tolist() == [True, False, False, True]
+    assert stops_of_line([10, 11, 12, 13, 14, 19, 40], 3.0, 10.0, 8.0).numbers.tolist() == [2, 8]
+    assert stops_of_line([10, 11, 12, 13, 14, 19, 40], 3.0, 10.0, 4.0).numbers.tolist() == [2, 3, 8]
+
+
+def test_a_patch_given_up_is_no_stop() -> None:
+    grid = Grid(0.0, 0.0, 1.0, 10, 5)
+    area = np.ones(grid.shape, dtype=np.bool_)
+    unseen = UnseenPatches(PatchDivision(grid, area, 5.0))
+    unseen.follow(ElevationMap(grid), area)
+    assert unseen.stops({0}, 2.0, 0.0, 0.0).numbers.tolist() == [1]
+    assert not unseen.any_left({0, 1})
+    assert len(unseen.stops({0, 1}, 2.0, 0.0, 0.0)) == 0
 
 
 def test_the_nearest_known_cell_is_that_of_a_search_through_all() -> None:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vehicle_agent.domain.patch_sums import stops_of, sum_unseen, take_off
+from vehicle_agent.domain.patch_sums import sum_unseen, take_off
 from vehicle_agent.domain.paths import (
     assumed_surface,
     clear_legs,
@@ -19,6 +19,7 @@ from vehicle_agent.domain.paths import (
 from vehicle_agent.domain.polynomials import cubic_monomials
 from vehicle_agent.domain.segments import come_too_near, segment_distance_m
 from vehicle_agent.domain.shared_tours import mend_tours
+from vehicle_agent.domain.stops import choose_stops
 from vehicle_agent.domain.sweeps import unseen_beside
 from vehicle_agent.domain.visibility import best_view, mark_seen, seen_cells
 
@@ -45,7 +46,8 @@ def warm_up() -> None:
     none = np.zeros(4, dtype=np.int64)
     sum_unseen(np.zeros((1, 3), dtype=np.int64), np.ones((4, 4), dtype=np.int64), known, none, none)
     take_off(np.zeros((1, 3), dtype=np.int64), none, known, none, none)
-    stops_of(np.zeros((1, 2)), np.ones(1, dtype=np.int64), 1.0, 1.0)
+    whole, no_patch = np.ones((4, 4), dtype=np.int64), np.zeros((1, 3), dtype=np.int64)
+    choose_stops(whole, known, none, none, no_patch, np.ones(1, dtype=np.bool_), whole.copy(), 2, 1.0, 1.0, 1.0)
 
 
 if __name__ == "__main__":

@@ -1,14 +1,9 @@
-"""Sums over the patches that a grid is divided into, and which of them need a visit, as compiled kernels."""
+"""Sums over the patches that a grid is divided into, as compiled kernels."""
 
 from __future__ import annotations
 
-import math
-
-import numpy as np
-
 from vehicle_agent.domain.compiled import compiled
 from vehicle_agent.domain.elevation import UNOBSERVED_STAMP_MS, StampArray
-from vehicle_agent.domain.frames import FloatArray
 from vehicle_agent.domain.grid import IndexArray
 from vehicle_agent.domain.polygon import BoolArray
 
@@ -56,33 +51,3 @@ def take_off(
             sums[patch, 0] -= 1
             sums[patch, 1] -= column
             sums[patch, 2] -= row
-
-
-@compiled
-def stops_of(centroids: FloatArray, unseen: IndexArray, remnant: float, beside: float) -> BoolArray:
-    """Which patches need a stop of their own, the fullest first.
-
-    Parameters
-    ----------
-    centroids : (P, 2) float64, metres.
-    unseen : (P,) int64, unseen cells of each.
-    remnant : a patch with fewer is no stop when another stop is near.
-    beside : near is nearer than this, metres.
-
-    Returns
-    -------
-    (P,) bool.
-    """
-    stops = unseen >= remnant
-    remnants = np.flatnonzero(~stops)
-    for place in np.argsort(-unseen[remnants], kind="mergesort"):
-        index = remnants[place]
-        alone = True
-        for other in range(len(unseen)):
-            if stops[other] and math.hypot(
-                centroids[other, 0] - centroids[index, 0], centroids[other, 1] - centroids[index, 1]
-            ) < beside:  # fmt: skip
-                alone = False
-                break
-        stops[index] = alone
-    return stops

@@ -1,4 +1,4 @@
-"""The unseen ground as a handful of patches, each about as wide as a sensor sweeps."""
+"""The unseen ground by patches, each about as wide as a sensor sweeps, and where to stop to see all of it."""
 
 from __future__ import annotations
 
@@ -12,29 +12,26 @@ from vehicle_agent.domain.frames import FloatArray
 from vehicle_agent.domain.grid import Grid, IndexArray
 from vehicle_agent.domain.patch_sums import sum_unseen, take_off
 from vehicle_agent.domain.polygon import BoolArray
+from vehicle_agent.domain.stops import choose_stops
 
 
 @dataclass(frozen=True, slots=True)
-class Patches:
-    """Patches that still hold unseen cells.
+class Stops:
+    """Where to go to see the ground that is unseen.
 
     Attributes
     ----------
-    numbers : (P,) int64, number of each patch in the division.
-    centroids_en_m : (P, 2) float64, mean of its unseen cells, east and north in ENU metres.
-    unseen : (P,) int64, unseen cells in it.
+    numbers : (S,) int64, number of each stop's patch in the division, ascending.
+    places_en_m : (S, 2) float64, east and north in ENU metres.
+    unseen : (S,) int64, unseen cells that each shows.
     """
 
     numbers: IndexArray
-    centroids_en_m: FloatArray
+    places_en_m: FloatArray
     unseen: npt.NDArray[np.int64]
 
     def __len__(self) -> int:
         return len(self.numbers)
-
-    def only(self, chosen: BoolArray) -> Patches:
-        """Those with `chosen` (P,) bool."""
-        return Patches(self.numbers[chosen], self.centroids_en_m[chosen], self.unseen[chosen])
 
 
 class PatchDivision:
@@ -99,6 +96,8 @@ class UnseenPatches:
     def __init__(self, division: PatchDivision) -> None:
         self._division = division
         self._sums: IndexArray = np.zeros((division.shape[0] * division.shape[1], 3), dtype=np.int64)
+        self._marks: IndexArray = np.zeros(division.grid.shape, dtype=np.int64)
+        self._mark = 0
         self._map: ElevationMap | None = None
         self._area: BoolArray | None = None
         self._known_cells = 0
@@ -117,10 +116,29 @@ class UnseenPatches:
         """Number of unseen cells of a patch."""
         return int(self._sums[patch, 0])
 
-    def patches(self) -> Patches:
-        """Patches that hold unseen cells, by number."""
-        numbers = np.flatnonzero(self._sums[:, 0])
-        unseen = self._sums[numbers, 0]
+    def stops(self, given_up: set[int], radius_m: float, remnant_cells: float, beside_m: float) -> Stops:
+        """Places from which all that is unseen is seen, at most one in each patch.
+
+        Parameters
+        ----------
+        given_up : patches that nobody is to stop in.
+        radius_m : how far is seen from a stop.
+        remnant_cells, beside_m : a patch with fewer unseen cells has no stop where another is nearer than that.
+        """
+        assert self._map is not None, "follow a map first"
+        assert self._area is not None
         grid = self._division.grid
-        middles = self._sums[numbers, 1:] / unseen[:, None] + 0.5
-        return Patches(numbers, middles * grid.cell_m + (grid.west_m, grid.south_m), unseen)
+        wanted = self._sums[:, 0] > 0
+        wanted[list(given_up)] = False
+        self._mark += 1
+        numbers, places, unseen = choose_stops(
+            self._map.first_stamp_ms, self._area, self._division.across, self._division.along, self._sums, wanted,
+            self._marks, self._mark, radius_m / grid.cell_m, remnant_cells, beside_m / grid.cell_m,
+        )  # fmt: skip
+        order = np.argsort(numbers)
+        places_en_m = (places[order] + 0.5) * grid.cell_m + (grid.west_m, grid.south_m)
+        return Stops(numbers[order], places_en_m, unseen[order])
+
+    def any_left(self, given_up: set[int]) -> bool:
+        """Tell whether a patch that is not given up holds unseen cells."""
+        return any(int(number) not in given_up for number in np.flatnonzero(self._sums[:, 0]))

@@ -11,7 +11,7 @@ from vehicle_agent.domain.frames import FloatArray, Point
 from vehicle_agent.domain.grid import IndexArray
 from vehicle_agent.domain.shared_tours import mend_tours
 from vehicle_agent.planning.interface import AnnouncedTour
-from vehicle_agent.planning.patches import Patches
+from vehicle_agent.planning.patches import Stops
 
 LAST_NUMBER = 2**32 - 1
 
@@ -26,7 +26,7 @@ class Tourist:
 
 
 def own_tour(
-    team: Sequence[Tourist], own_index: int, patches: Patches, service_m: FloatArray, home_en_m: FloatArray | None,
+    team: Sequence[Tourist], own_index: int, stops: Stops, service_m: FloatArray, home_en_m: FloatArray | None,
     trials: int, most_taken: int,
 ) -> AnnouncedTour:  # fmt: skip
     """This vehicle's part of the mended tours.
@@ -37,15 +37,15 @@ def own_tour(
     Parameters
     ----------
     team : every vehicle, by index.
-    patches : all that are to be visited.
+    stops : all that are to be visited.
     service_m : (P,) float64, extra way that each costs.
     home_en_m : (2,) float64, where vehicles return to; None when they need not.
     trials, most_taken : as for `mend_tours`.
     """
     vehicles = len(team)
     starts = np.array([member.position_enu_m[:2] for member in team])
-    points = np.concatenate((starts, patches.centroids_en_m))
-    next_of = announced_order(team, patches.numbers)
+    points = np.concatenate((starts, stops.places_en_m))
+    next_of = announced_order(team, stops.numbers)
     number = min(1 + max(member.tour.number if member.tour else 0 for member in team), LAST_NUMBER)
     homes = starts if home_en_m is None else np.tile(home_en_m, (vehicles, 1))
     mend_tours(
@@ -56,7 +56,7 @@ def own_tour(
     place = int(next_of[mine])
     own = []
     while place >= 0:
-        own.append(int(patches.numbers[place - vehicles]))
+        own.append(int(stops.numbers[place - vehicles]))
         place = int(next_of[place])
     before = team[mine].tour
     return before if before is not None and before.patches == tuple(own) else AnnouncedTour(number, tuple(own))

@@ -1,9 +1,10 @@
 """Tours: decentralised exploration in which the team shares the unseen ground out as tours of equal length.
 
-The unseen ground is divided into patches about as wide as a sensor sees. Each vehicle announces the order in which it
-means to visit its patches; whoever decides puts the announced tours together, mends them a little so that the longest
-becomes shorter (from the team's map and its teammates' positions alone), flies its own and announces it. On the way to
-a patch it bends its path to where it sees more unseen ground in passing.
+The unseen ground is divided into patches about as wide as a sensor sees, and stops are chosen in as few of them as show
+all of it. Each vehicle announces the order in which it means to visit its stops' patches; whoever decides puts the
+announced tours together, mends them a little so that the longest becomes shorter (from the team's map and its
+teammates' positions alone), flies its own and announces it. On the way to a stop it bends its path to where it sees
+more unseen ground in passing.
 """
 
 from __future__ import annotations
@@ -15,7 +16,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from vehicle_agent.domain.frames import FloatArray, Point
-from vehicle_agent.domain.patch_sums import stops_of
 from vehicle_agent.domain.sweeps import unseen_beside
 from vehicle_agent.planning.frontier_travel import bearing_word
 from vehicle_agent.planning.interface import (
@@ -44,13 +44,17 @@ class ToursParams:
         Width of a patch in sensing ranges.
     service
         Extra way that a wholly unseen patch costs, in patch widths.
+    stop_radius
+        From a stop, ground within this many sensing ranges is taken to be seen: what the stops of the patches around
+        show needs no other.
     remnant_share, seen_beside
         A patch with less than this share unseen is no stop of its own when a stop lies within `seen_beside` sensing
         ranges of it: whoever goes there sees it in passing.
     first_trials, trials, most_taken
         Changes tried to the very first tours and at each decision, and patches moved at once.
     leg
-        A decision holds for as many whole steps as fit into this many sensing ranges, and for one at least.
+        A decision holds for this many sensing ranges: for as many whole steps as fit, and one at least; what is left
+        over counts for the next.
     sweep_radius, sweep_length, sweep_weight
         A way is worth what lies unseen within this many sensing ranges of its first `sweep_length` ranges, as length
         of a way through unseen ground; so much detour, times the weight, it may cost.
@@ -61,14 +65,15 @@ class ToursParams:
         those given up are tried once more, since what stood in the way may have gone.
     """
 
-    patch_width: float = 1.15
-    service: float = 0.3
-    remnant_share: float = 0.35
+    patch_width: float = 1.0
+    service: float = 0.2
+    stop_radius: float = 0.75
+    remnant_share: float = 0.4
     seen_beside: float = 0.85
     first_trials: int = 300
-    trials: int = 30
+    trials: int = 50
     most_taken: int = 8
-    leg: float = 0.75
+    leg: float = 0.5625
     sweep_radius: float = 0.8
     sweep_length: float = 0.5
     sweep_weight: float = 1.5
@@ -127,6 +132,7 @@ class TourExplorer:
         self._tour_en_m: list[EastNorth] = []
         self._patch: int | None = None
         self._waypoint: Waypoint | None = None
+        self._part_of_a_step = 0.0
         self._leg_end: Point = (0.0, 0.0, 0.0)
         self._given_up: set[int] = set()
         self._tried_again = False
@@ -149,9 +155,9 @@ class TourExplorer:
         if not self._share_out(situation, self._division, self._unseen):
             return Finished("nothing unseen is left within reach")
         assert self._patch is not None
-        middle, nearest, unseen = self._unseen_of(situation, self._division, self._patch)
+        stop, nearest, unseen = self._unseen_of(situation, self._division, self._patch)
         effort = self._efforts.setdefault(self._patch, _Effort())
-        target = middle if effort.without_best < self._params.look_closer_after else nearest
+        target = stop if effort.without_best < self._params.look_closer_after else nearest
         here = situation.position_enu_m
         away_m = way_length_m(here, target)
         effort.note(unseen, way_length_m(here, nearest), 0.25 * situation.team_map.grid.cell_m)
@@ -184,7 +190,9 @@ class TourExplorer:
         """End of the next leg towards a target, bent to where more unseen ground lies beside it."""
         constraints = situation.constraints
         here = situation.position_enu_m
-        steps = max(1, int(self._params.leg * self._range_m / constraints.reach_m + 1e-9))
+        steps_m = self._params.leg * self._range_m + self._part_of_a_step * constraints.reach_m
+        steps = max(1, int(steps_m / constraints.reach_m + 1e-9))
+        self._part_of_a_step = min(max(steps_m / constraints.reach_m - steps, 0.0), 0.99)
         longer = constraints if steps == 1 else dataclasses.replace(constraints, reach_m=steps * constraints.reach_m)
         if away_m < constraints.reach_m and len(self._tour_en_m) > 1:
             target = _beyond(target, self._tour_en_m[1], constraints.reach_m - away_m)
@@ -220,40 +228,38 @@ class TourExplorer:
     def _share_out(self, situation: Situation, division: PatchDivision, unseen: UnseenPatches) -> bool:
         """Mend the team's tours and take the own one; False when nothing is left."""
         params = self._params
-        patches = unseen.patches()
-        untried = ~np.isin(patches.numbers, list(self._given_up))
-        if not untried.any() and not self._tried_again:
+        if not unseen.any_left(self._given_up) and not self._tried_again:
             self._tried_again = True
             self._given_up.clear()
             self._efforts.clear()
-            untried[:] = True
-        patches = patches.only(untried)
         whole = division.size_cells[0] * division.size_cells[1]
-        remnant = params.remnant_share * whole
-        patches = patches.only(
-            stops_of(patches.centroids_en_m, patches.unseen, remnant, params.seen_beside * self._range_m)
+        stops = unseen.stops(
+            self._given_up,
+            params.stop_radius * self._range_m,
+            params.remnant_share * whole,
+            params.seen_beside * self._range_m,
         )
-        if len(patches) == 0:
+        if len(stops) == 0:
             return False
         team = [Tourist(situation.index, situation.position_enu_m, self._tour)]
         team += [Tourist(mate.index, mate.position_enu_m, mate.tour) for mate in situation.teammates]
         team.sort(key=lambda member: member.index)
-        service_m = params.service * params.patch_width * self._range_m * np.minimum(1.0, patches.unseen / whole)
+        service_m = params.service * params.patch_width * self._range_m * np.minimum(1.0, stops.unseen / whole)
         trials = params.trials if any(member.tour for member in team) else params.first_trials
-        self._tour = own_tour(team, situation.index, patches, service_m, self._home_en_m, trials, params.most_taken)
-        place_of = {int(number): place for place, number in enumerate(patches.numbers)}
+        self._tour = own_tour(team, situation.index, stops, service_m, self._home_en_m, trials, params.most_taken)
+        place_of = {int(number): place for place, number in enumerate(stops.numbers)}
         own = [place_of[number] for number in self._tour.patches]
         if not own:
-            own = [_nearest(patches.centroids_en_m, situation.position_enu_m)]
-        self._patch = int(patches.numbers[own[0]])
-        self._tour_en_m = [(float(e), float(n)) for e, n in patches.centroids_en_m[own]]
+            own = [_nearest(stops.places_en_m, situation.position_enu_m)]
+        self._patch = int(stops.numbers[own[0]])
+        self._tour_en_m = [(float(e), float(n)) for e, n in stops.places_en_m[own]]
         return True
 
     def _unseen_of(self, situation: Situation, division: PatchDivision, patch: int) -> tuple[EastNorth, EastNorth, int]:
         """Where to go in a patch, the nearest of its unseen cells, and how many there are.
 
-        That is the middle of its unseen cells; in a patch wider than a sensor sweeps, of those in the same square of
-        that width as the nearest.
+        That is its stop; in a patch wider than a sensor sweeps, the middle of the unseen cells that lie in the same
+        square of that width as the nearest.
         """
         columns, rows = division.cells_of(patch)
         across, along = np.nonzero(
@@ -262,14 +268,14 @@ class TourExplorer:
         grid = situation.team_map.grid
         points = grid.centres_of((across + columns.start) * grid.rows + along + rows.start)
         first = _nearest(points, situation.position_enu_m)
-        nearest, middle = points[first], points.mean(axis=0)
+        nearest, stop = points[first], np.array(self._tour_en_m[0])
         square_cells = math.ceil(self._params.patch_width * self._range_m / grid.cell_m)
         if max(division.size_cells) > square_cells:
             beside = (across // square_cells == across[first] // square_cells) & (
                 along // square_cells == along[first] // square_cells
             )
-            middle = points[beside].mean(axis=0)
-        return (float(middle[0]), float(middle[1])), (float(nearest[0]), float(nearest[1])), len(points)
+            stop = points[beside].mean(axis=0)
+        return (float(stop[0]), float(stop[1])), (float(nearest[0]), float(nearest[1])), len(points)
 
 
 def _nearest(points_en_m: FloatArray, position_enu_m: Point) -> int:
