@@ -35,6 +35,8 @@ LEAST_DEPTH_M = 0.6
 RISE_M = 1.0
 NEAR_DEPTH_M = 0.4
 """So near to its working depth a vehicle counts as at it."""
+MENDED_M = 0.5
+"""A target is sent again once the position is mended by more than this."""
 LONGEST_FIX_S = 60.0
 """Longer at the surface without a fix, and it goes on without."""
 
@@ -66,6 +68,7 @@ class DepthNavigator:
         self._allowed = allowed_cells(plan)
         self._not_before_s = -math.inf
         self._rising_since_s: float | None = None
+        self._sent_under_m = (0.0, 0.0)
         self.leg: Leg | None = None
         self.waypoint: Waypoint | None = None
         self.why = ""
@@ -81,6 +84,8 @@ class DepthNavigator:
             return self._commit((east, north, self._surface_up_m - SURFACED_M), text, None)
         if self._is_too_low(around.state):
             return self._rise_from_ground(around.state)
+        if self.leg is not None and not self._is_flown(around.state) and self._is_mended():
+            return self._send(self.leg.end_enu_m)
         if around.now_s < self._not_before_s or not self._is_flown(around.state):
             return None
         decision = self._planner.ask(self._situation(around))
@@ -114,7 +119,7 @@ class DepthNavigator:
         rest = (east, north, self._up_m)
         self._rising_since_s = None
         self.leg, self.waypoint, self.why = Leg(rest, why), None, why
-        return rest
+        return self._send(rest)
 
     def forget(self, why: str) -> None:
         """Nothing is sailed any more: somebody else steers, or the vehicle is up."""
@@ -167,7 +172,15 @@ class DepthNavigator:
     def _commit(self, end: Point, why: str, waypoint: Waypoint | None) -> Point | None:
         there_already = self.leg is not None and math.dist(self.leg.end_enu_m, end) < 0.2
         self.leg, self.waypoint, self.why = Leg(end, why), waypoint, why
-        return None if there_already else end
+        return None if there_already and not self._is_mended() else self._send(end)
+
+    def _send(self, target: Point) -> Point:
+        self._sent_under_m = self._drift.correction_m
+        return target
+
+    def _is_mended(self) -> bool:
+        """Whether more is known of its position than when it was sent off, so that the target lies elsewhere for it."""
+        return math.dist(self._sent_under_m, self._drift.correction_m) > MENDED_M
 
     def _is_flown(self, state: VehicleState) -> bool:
         return self.leg is None or math.dist(self.leg.end_enu_m, state.position_enu_m) <= ARRIVED_M
