@@ -9,7 +9,6 @@ import numpy as np
 
 from vehicle_agent.domain.frames import FloatArray
 from vehicle_agent.domain.landmark_atlas import LandmarkAtlas
-from vehicle_agent.domain.relief import Relief
 
 FEWEST_LANDMARKS, MOST_LANDMARKS = 12, 250
 """Through fewer nothing is drawn; of more every n-th is left out, so that the screen stays quick."""
@@ -47,6 +46,8 @@ def redrawn(former: DrawnSurface | None, atlas: LandmarkAtlas) -> DrawnSurface |
         return former
     if former is not None and len(known) < REDRAWN_AFTER * former.landmarks:
         return former
+    from vehicle_agent.domain.relief import Relief  # its solvers load only where a team maps
+
     some = known[:: math.ceil(len(known) / MOST_LANDMARKS)]
     landmarks, places = atlas.landmarks, atlas.landmarks.layout.positions_en_m
     relief = Relief(places[some], landmarks.heights_m[some], landmarks.sd_m[some])
