@@ -47,7 +47,7 @@ class ViewpointParams:
     elsewhere
         How much a cell in another group's part counts.
     theirs
-        How much a landmark counts beside the way that is nearer to a teammate, who will see to it.
+        How much a landmark counts for the next leg that a teammate is nearer to, who will see to it.
     """
 
     cell_share: float = 0.75
