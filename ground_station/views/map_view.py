@@ -86,7 +86,10 @@ def caption(raster: Raster, width: int, look: Look, started_ms: int = 0) -> Line
     spans.append((f"{bar[:length]} {label}", quiet))
     goal, home = look.glyph("◇", "x"), look.glyph("⌂", "H")
     frontier = (" ", Ink(bg=palette.FRONTIER)) if _in_blocks(look) else ("~", Ink())
-    for legend in ([(f"  {goal} goal {home} home", quiet)], [("  ", quiet), frontier, (" frontier", quiet)]):
+    legends = [[(f"  {goal} goal {home} home", quiet)]]
+    if raster.landmarks is None:
+        legends.append([("  ", quiet), frontier, (" frontier", quiet)])
+    for legend in legends:
         if sum(len(text) for text, _ in (*spans, *legend)) <= width:
             spans += legend
     return tuple(spans)

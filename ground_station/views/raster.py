@@ -94,7 +94,8 @@ def rasterise(
     kind = np.full((view.width, view.height), OUTSIDE, dtype=np.uint8)
     kind[area_sums > 0] = UNOBSERVED
     kind[(observed_sums > 0) & (observed_sums >= 0.5 * area_sums)] = OBSERVED
-    kind[frontier_sums > 0] = FRONTIER
+    if landmarks is None:  # soundings are scattered: a map of landmarks has no edge to explore
+        kind[frontier_sums > 0] = FRONTIER
     lowest_m, highest_m = (float(seen_dm.min()) / 10, float(seen_dm.max()) / 10) if len(seen_dm) else (0.0, 0.0)
     low_m = math.floor(lowest_m / RAMP_ROUNDING_M) * RAMP_ROUNDING_M
     high_m = max(math.ceil(highest_m / RAMP_ROUNDING_M) * RAMP_ROUNDING_M, low_m + RAMP_ROUNDING_M)

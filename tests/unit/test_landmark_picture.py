@@ -12,7 +12,7 @@ from ground_station.picture import FleetState
 from ground_station.views.curve_view import curve_lines
 from ground_station.views.ink import Look, text_of
 from ground_station.views.map_view import caption, map_raster
-from ground_station.views.raster import OBSERVED
+from ground_station.views.raster import FRONTIER, OBSERVED
 from ground_station.views.window import Ground, MapWindow
 from tests.fakes.pictures import same_picture
 from tests.fakes.talking_fleet import EPOCH_MS, small_plan
@@ -121,6 +121,7 @@ def test_the_ground_between_landmarks_is_drawn_where_it_is_certain_enough(plan: 
     kinds = map_raster(state, 20, 10, LOOK, None, MapWindow()).kind
     seen_alone = map_raster(state, 20, 10, LOOK, None, MapWindow(ground=Ground.OBSERVED)).kind
     assert (kinds == OBSERVED).sum() > (seen_alone == OBSERVED).sum()
+    assert not (kinds == FRONTIER).any(), "soundings are scattered: there is no edge to explore"
     assert "±" in text_of(curve_lines(state, 40, 6, LOOK)[0])
 
 
