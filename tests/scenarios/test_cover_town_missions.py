@@ -27,7 +27,7 @@ def fly(seed: int, tables: dict[str, dict[str, float]] | None = None, **task: An
     return result
 
 
-def informed_optimum(solid: BoolArray, rng: np.random.Generator, starts: int = 3) -> float:
+def informed_optimum(solid: BoolArray, rng: np.random.Generator, starts: int = 2) -> float:
     """Share of the faces that a team sees whose places somebody chooses who knows the town."""
     fan, flyable = down_looking_fan(RANGE_VOXELS), with_clearance(~solid)
     flyable[:, :, CEILING + 1 :] = False
@@ -35,7 +35,7 @@ def informed_optimum(solid: BoolArray, rng: np.random.Generator, starts: int = 3
     best = 0
     for _ in range(starts):
         team = spots[rng.choice(len(spots), VEHICLES)]
-        for _ in range(6):
+        for _ in range(4):
             for index in range(VEHICLES):
                 taken = seen_faces(solid, fan, np.delete(team, index, axis=0))
                 around = np.abs(spots - team[index]).max(axis=1) <= 3

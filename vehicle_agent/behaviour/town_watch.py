@@ -39,7 +39,7 @@ class TownWatch(TownNavigator):
                 self._planner = VoxelStations(index, grid, fan, rng, params)
             case "cao":
                 self._planner = VoxelCao(grid, fan, task.step_m, rng)
-        self._explores = task.explore_first
+        self._explores, self._has_explored = task.explore_first, False
         self._decide_at_s = -math.inf
         self._is_due = True
 
@@ -62,7 +62,8 @@ class TownWatch(TownNavigator):
         if self._explores:
             enough = self._shared.known_fraction(self._area) >= self._plan.mission.stop.observed_fraction
             target = Finished("enough is known") if enough else super()._choose(around, picture)
-            if not (self.is_idle or isinstance(target, Finished)):
+            self._has_explored = self._has_explored or not self.is_idle
+            if not (isinstance(target, Finished) or (self._has_explored and self.is_idle)):
                 return target
             self._explores = False  # what teammates still find is heard of from its station, too
         self._decide_at_s = around.now_s + DECIDE_PERIOD_S

@@ -32,6 +32,8 @@ CoverPlannerName = Literal["stations", "cao"]
 class CoverTask(Table, frozen=True, kw_only=True, tag_field="kind", tag="cover"):
     """Find the places from which the team sees most of the area at once, and stay there.
 
+    Of hills the area's cells count, of towns the faces of walls, roofs and ground.
+
     Attributes
     ----------
     planner
@@ -45,7 +47,7 @@ class CoverTask(Table, frozen=True, kw_only=True, tag_field="kind", tag="cover")
         See `stop.observed_fraction` of the area before covering it.
     known_points_enu_m
         Points of the surface, [east, north, up], that are known beforehand; the team first spreads over them by a
-        constrained Voronoi tessellation (Renzaglia section 5.1).
+        constrained Voronoi tessellation (Renzaglia section 5.1). Not in towns.
     """
 
     planner: CoverPlannerName = "stations"
