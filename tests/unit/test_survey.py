@@ -118,6 +118,13 @@ def test_two_vehicles_share_the_work() -> None:
     assert np.ptp(alone[:, 0]) > 40.0
 
 
+def test_a_track_keeps_inside() -> None:
+    survey = Survey(AREA, 0, 1, SurveyParams(way_m=900.0, nodes=900, rounds=20, inside_m=5.0))
+    track = survey.next_way((2.0, 2.0), np.ones(900), np.array([[2.0, 2.0]]), 800.0, [])
+    assert track[0].tolist() == [2.0, 2.0]
+    assert 5.0 <= track[1:].min() <= track[1:].max() <= 55.0
+
+
 def landmarks() -> LandmarkMap:
     params = LandmarkParams(accurate_sd_m=0.2, best_sd_m=0.01, lowest_m=-40.0, highest_m=0.0)
     return LandmarkMap(LandmarkLayout.at_cells(Grid(0.0, 0.0, 4.0, 15, 15)), params, 2, 0)

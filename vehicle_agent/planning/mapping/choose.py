@@ -12,7 +12,7 @@ UNDER_WAY_SHARE = 0.7
 """Of the time limit, until it shows; the rest goes to turns and to fixes at the surface."""
 
 ASTRAY_M = 2.0
-"""So much farther inside the fence, since a vehicle under water does not quite know where it is."""
+"""So much farther inside, since a vehicle under water does not quite know where it is."""
 
 
 def make_mapping_planner(plan: MissionPlan, index: int) -> MappingPlanner:
@@ -22,10 +22,12 @@ def make_mapping_planner(plan: MissionPlan, index: int) -> MappingPlanner:
     assert isinstance(task, MapTask)
     match task.planner:
         case "survey":
-            grid, margin_m = plan.grid, mission.area.fence_margin_m + ASTRAY_M
+            grid, margin_m = plan.grid, mission.area.fence_margin_m
             box = Box(grid.west_m + margin_m, grid.south_m + margin_m, grid.east_m - margin_m, grid.north_m - margin_m)
             way_m = UNDER_WAY_SHARE * mission.vehicles[index].speed_m_s * mission.stop.time_limit_s
-            return SurveyPlanner(Survey(box, index, vehicles, SurveyParams(way_m, time_s=mission.stop.time_limit_s)))
+            return SurveyPlanner(
+                Survey(box, index, vehicles, SurveyParams(way_m, time_s=mission.stop.time_limit_s, inside_m=ASTRAY_M))
+            )
         case "viewpoints":
             from vehicle_agent.planning.mapping.default import ViewpointPlanner  # its kernels load only where used
 

@@ -54,6 +54,8 @@ class SurveyParams:
         Distance between soundings.
     rounds
         Of settling, for a track.
+    inside_m
+        A track keeps so far from the box's sides.
     """
 
     way_m: float
@@ -64,6 +66,7 @@ class SurveyParams:
     part_m: float = 300.0
     step_m: float = 2.5
     rounds: int = 100
+    inside_m: float = 0.0
 
     def __post_init__(self) -> None:
         if not (self.way_m > 0 and self.part_m > 0 and self.widest_m > 0 and self.step_m > 0):
@@ -134,9 +137,13 @@ class Survey:
         if not own.any():
             return here[None]
         away_m = np.asarray(KDTree(sounded_en_m).query(self.nodes_en_m[own])[0])
-        return telling_track(
+        track = telling_track(
             here, self.nodes_en_m[own], strengths[own], away_m, left_m, self.params.step_m, EXPONENT, self.params.rounds
         )
+        box, inside_m = self._box, self.params.inside_m
+        low, high = np.array([box.west_m, box.south_m]) + inside_m, np.array([box.east_m, box.north_m]) - inside_m
+        track[1:] = np.clip(track[1:], low, high)
+        return track
 
     def _own_share(self, work: FloatArray, teammates: Collection[int]) -> BoolArray:
         """Nodes that are this vehicle's: of strips from west to east with equal work, the one in its own order."""
