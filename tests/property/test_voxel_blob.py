@@ -45,9 +45,10 @@ def test_what_is_packed_comes_back(told: VoxelEvidence) -> None:
 
 @settings(deadline=None)
 @given(st.binary(max_size=300) | st.binary(max_size=300).map(zlib.compress))
-def test_noise_is_refused(noise: bytes) -> None:
+def test_noise_is_refused_or_a_map_can_take_it(noise: bytes) -> None:
     heard = unpack_voxels(noise, GRID.voxels)
     if heard is not None:
+        assert all(0 <= index < GRID.voxels for index in heard.voxel_indices.tolist())
         VoxelMap(GRID).observe(0, heard)
 
 
