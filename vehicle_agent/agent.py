@@ -80,6 +80,7 @@ class VehicleAgent:
         self._began_ms: int | None = None
         self._state: VehicleState | None = None
         self._makes_sense = True
+        self._said_status_ms, self._answer_after_ms = 0, -1
         self.bytes_sent = 0
         self.messages_dropped = 0
 
@@ -161,6 +162,8 @@ class VehicleAgent:
             case Status():
                 if self._knowledge.team.hear_status(message, self._now_s):
                     self._voice.event(Severity.NOTICE, "teammate-back", f"{message.sender} is heard again")
+                if message.next_end_cm is not None:
+                    self._owe_answer(message)
             case Claim():
                 self._knowledge.team.hear_claim(message)
             case MapDelta():
@@ -174,6 +177,18 @@ class VehicleAgent:
                 self._obey(message)
             case _:
                 pass
+
+    def _owe_answer(self, status: Status) -> None:
+        """A teammate waits for this vehicle's word from after it told its intent, if it may cross what is flown here.
+
+        Said or not, the next regular status is such a word: an answer only comes sooner.
+        """
+        if self._state is None:
+            return
+        leg = self._flight.navigator.leg
+        here = self._state.position_enu_m
+        if self._knowledge.is_awaited(status.sender, (here, leg.end_enu_m if leg else here), self._now_s):
+            self._answer_after_ms = max(self._answer_after_ms, status.stamp_ms - status.next_told_ms)
 
     def _obey(self, command: Command) -> None:
         answer = self._commands.judge(command, self.stage, self._began_ms or 0)
@@ -202,6 +217,8 @@ class VehicleAgent:
             self._voice.say(MapDelta, record=record)
         if self._digest_rhythm.is_due(self._now_s):
             self._voice.say(Digest, streams=self._knowledge.exchange.digest())
+        if self._said_status_ms <= self._answer_after_ms < self._voice.stamp_ms:
+            self._status_rhythm.at_once()
         if self._state is not None and self._status_rhythm.is_due(self._now_s):
             self._say_status(self._state)
         return journal
@@ -222,5 +239,7 @@ class VehicleAgent:
             flight.take_off_height_m,
             flight.return_height.height_m,
             figures,
+            flight.intent,
         )
+        self._said_status_ms = self._voice.stamp_ms
         self._voice.say(Status, **fields)

@@ -6,6 +6,8 @@ import math
 from collections.abc import Callable
 from itertools import combinations
 
+import numpy as np
+
 from tests.fakes.agent_bench import AgentBench
 from tests.fakes.sim_missions import GROUND_M
 from vehicle_agent.mission.load import MissionPlan
@@ -15,7 +17,12 @@ IN_AIR_M = 1.0
 
 
 class BenchTeam:
-    """Steps agents of one mission together; what one says the others hear at the next tick.
+    """Steps agents of one mission together; what one says the others hear at the next tick, or later, or never.
+
+    Parameters
+    ----------
+    delay_s, loss, seed
+        How late words are heard, and which share of them not at all, drawn with a seed.
 
     Attributes
     ----------
@@ -25,16 +32,23 @@ class BenchTeam:
         Least distance of two vehicles in the air so far.
     """
 
-    def __init__(self, plan: MissionPlan) -> None:
+    def __init__(self, plan: MissionPlan, delay_s: float = 0.0, loss: float = 0.0, seed: int = 0) -> None:
+        self._delay_s, self._loss, self._rng = delay_s, loss, np.random.default_rng(seed)
+        self._under_way: list[tuple[float, int, AnyMessage]] = []
         self.benches = [AgentBench(plan, index, boot_id=5 + index) for index in range(len(plan.mission.vehicles))]
         self.closest_m = math.inf
 
     def tick(self) -> None:
-        told: list[tuple[int, AnyMessage]] = []
-        for index, bench in enumerate(self.benches):
-            told += [(index, message) for message in bench.tick().messages]
-        for index, bench in enumerate(self.benches):
-            bench.hear(*(message for sender, message in told if sender != index))
+        for sender, bench in enumerate(self.benches):
+            for message in bench.tick().messages:
+                receivers = [index for index in range(len(self.benches)) if index != sender]
+                heard = [index for index in receivers if self._rng.random() >= self._loss]
+                self._under_way += [(bench.time_s + self._delay_s, index, message) for index in heard]
+        now_s = self.benches[0].time_s
+        arrived = [told for told in self._under_way if told[0] <= now_s]
+        self._under_way = [told for told in self._under_way if told[0] > now_s]
+        for _, receiver, message in arrived:
+            self.benches[receiver].hear(message)
         flying = [b.state.position_enu_m for b in self.benches if b.state.position_enu_m[2] > GROUND_M + IN_AIR_M]
         for one, other in combinations(flying, 2):
             self.closest_m = min(self.closest_m, math.dist(one, other))

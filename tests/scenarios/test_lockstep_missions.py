@@ -165,3 +165,13 @@ def test_an_area_that_nobody_can_see_whole_ends_with_all_that_can_be_seen_and_a_
     assert reasons
     assert all("everything observable is observed" in reason and "cells stay unseen" in reason for reason in reasons)
     assert result.elapsed_s < 500.0
+
+
+@pytest.mark.parametrize("delay_s", [0.0, 1.0, 3.0])
+@pytest.mark.parametrize("seed", [1, 4, 7])
+def test_late_and_lost_words_bring_nobody_nearer_than_the_separation(seed: int, delay_s: float) -> None:
+    limited = {"observed_fraction": 0.99, "time_limit_s": 150.0}
+    late = {"loss": 0.3, "delay_s": delay_s}
+    result = missions.simulate(hill_plan(seed, planner="claims", stop=limited, radio=late))
+    assert_safe(result)
+    assert result.min_separation_m >= result.plan.mission.safety.separation_m

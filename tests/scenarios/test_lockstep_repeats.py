@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import missions
-from tests.fakes.hill_missions import hill_plan
+from tests.fakes.hill_missions import copters, hill_plan
 
 FILES = ("summary.json", "events.jsonl", "run.npz")
 NOISY = {"loss": 0.2, "delay_s": 0.1}
@@ -44,9 +44,10 @@ def test_files_hold_what_the_result_says(tmp_path: Path) -> None:
 
 
 def test_adding_a_vehicle_changes_no_others_dice() -> None:
-    """CAO's first step away from home is drawn from the vehicle's own generator alone."""
-    alone = missions.simulate(hill_plan(4, vehicles=1, planner="cao", stop={"time_limit_s": 20.0}))
-    together = missions.simulate(hill_plan(4, vehicles=2, planner="cao", stop={"time_limit_s": 20.0}))
+    """CAO's first step away from home is drawn from the vehicle's own generator alone, with nobody near to wait for."""
+    starts = [(60.0, 60.0), (540.0, 540.0)]
+    alone = missions.simulate(hill_plan(4, team=copters(starts[:1]), planner="cao", stop={"time_limit_s": 20.0}))
+    together = missions.simulate(hill_plan(4, team=copters(starts), planner="cao", stop={"time_limit_s": 20.0}))
     both = min(len(alone.times_s), 30)
     assert np.allclose(alone.positions_enu_m[:both, 0], together.positions_enu_m[:both, 0])
 

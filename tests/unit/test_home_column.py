@@ -6,9 +6,10 @@ import math
 from collections.abc import Callable
 from typing import Any
 
+import msgspec
 import pytest
 
-from tests.fakes.agent_bench import AgentBench, command
+from tests.fakes.agent_bench import EPOCH_S, AgentBench, command
 from tests.fakes.bench_team import BenchTeam
 from tests.fakes.hill_missions import copters
 from tests.fakes.sim_missions import GROUND_M, sim_plan
@@ -48,7 +49,7 @@ class Bob(Voice):
 def hover(bench: AgentBench, seconds: float, tell: Callable[[], Status]) -> None:
     """Let time pass while a teammate says again and again where it is."""
     for _ in range(round(2.0 * seconds)):
-        bench.hear(tell())
+        bench.hear(msgspec.structs.replace(tell(), stamp_ms=round((EPOCH_S + bench.time_s) * 1000)))
         bench.tick()
 
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from vehicle_agent.behaviour.drift import Drift
 from vehicle_agent.behaviour.guide import Arrived, Surroundings
+from vehicle_agent.behaviour.intent import Intent
 from vehicle_agent.behaviour.landmark_share import LandmarkShare
 from vehicle_agent.behaviour.landmark_talk import LandmarkTalk
 from vehicle_agent.behaviour.leg import Leg, stopping_point
@@ -45,6 +46,7 @@ class DepthNavigator:
     """A `Guide` under water."""
 
     has_sector = False
+    intent: Intent | None = None
     is_idle = False
 
     def __init__(

@@ -11,6 +11,7 @@ from vehicle_agent.behaviour.energy import EnergyWatch
 from vehicle_agent.behaviour.goal_claim import GoalClaim
 from vehicle_agent.behaviour.guide import Arrived, Guide, Surroundings
 from vehicle_agent.behaviour.home_column import HomeColumn
+from vehicle_agent.behaviour.intent import Intent
 from vehicle_agent.behaviour.knowledge import Knowledge
 from vehicle_agent.behaviour.order_book import OrderBook
 from vehicle_agent.behaviour.preflight import Checklist, return_altitude
@@ -75,12 +76,10 @@ class Flight:
         self._body = body_of(plan, index)
         self._knowledge, self._voice, self._orders, self._status_rhythm = knowledge, voice, orders, status_rhythm
         self._claim = GoalClaim(voice)
-        self._column = HomeColumn(plan)
+        self._column = HomeColumn(plan, index)
         self._energy = EnergyWatch(plan.mission.stop.battery_reserve)
         self._checklist = Checklist(self._body.parameters())
-        self._setting_out = SettingOut(
-            plan.controller_system_id(index), self._body, self._checklist, self._column, knowledge, voice, orders
-        )
+        self._setting_out = SettingOut(plan, index, self._body, self._checklist, self._column, knowledge, voice, orders)
         self._authority = Authority()
         self._errand: Command | None = None
         self._now_s = 0.0
@@ -88,6 +87,7 @@ class Flight:
         self._landing_begun = False
         self._waits_told = False
         self._handed_back_stage = Stage.WORKING
+        self._told_intent: Intent | None = None
         self.navigator = navigator
         self.standing = StandingOrders(plan, index)
         self.return_height = ReturnHeight(plan, index)
@@ -115,6 +115,21 @@ class Flight:
             self._keep_limits(state)
             if steers:
                 self._orders.repeat_refused(self._now_s)
+        self._tell_intent()
+
+    @property
+    def intent(self) -> Intent | None:
+        """The leg that it means to fly next and waits with for teammates' words."""
+        return self._setting_out.intent if self.stage is Stage.ARMING else self.navigator.intent
+
+    def _tell_intent(self) -> None:
+        """Say at once what it means to fly, or that it no longer does."""
+        if (intent := self.intent) is self._told_intent:
+            return
+        self._told_intent = intent
+        self._status_rhythm.at_once()
+        if intent is not None and intent.waypoint is not None:
+            self._claim.follow(intent.waypoint)
 
     def _set_out(self, change: Change | None) -> None:
         """Enter the next stage before the work, or the first one of it."""

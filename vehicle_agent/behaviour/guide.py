@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
+from vehicle_agent.behaviour.intent import Intent, Whereabouts
 from vehicle_agent.behaviour.leg import Leg
 from vehicle_agent.domain.frames import Point
 from vehicle_agent.domain.polygon import BoolArray
@@ -33,6 +34,8 @@ class Surroundings:
         Where teammates must pass that cannot go elsewhere: nobody rests there.
     objective
         J_E of this vehicle (Renzaglia eq. 5).
+    whereabouts
+        Of teammates that may fly: who must be heard before a leg near them is flown.
     """
 
     now_s: float
@@ -42,6 +45,7 @@ class Surroundings:
     reservations: tuple[Reservation, ...]
     passages: tuple[Reservation, ...]
     objective: float
+    whereabouts: tuple[Whereabouts, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +60,8 @@ class Guide(Protocol):
     ----------
     leg
         What it flies or sails now; None when it stays.
+    intent
+        What it means to fly next and waits with for teammates' words; None when there is nothing such.
     waypoint
         The planner's last decision while it is pursued.
     why
@@ -63,6 +69,7 @@ class Guide(Protocol):
     """
 
     leg: Leg | None
+    intent: Intent | None
     waypoint: Waypoint | None
     why: str
 

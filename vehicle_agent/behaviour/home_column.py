@@ -22,14 +22,17 @@ STRAIGHT_M = 1.0
 class HomeColumn:
     """One vehicle's way between its home and where it works."""
 
-    def __init__(self, plan: MissionPlan) -> None:
-        self._plan = plan
+    def __init__(self, plan: MissionPlan, index: int) -> None:
+        self._plan, self._index = plan, index
 
-    def rival(self, around: Surroundings, end_enu_m: Point) -> str:
-        """Name of a teammate in the way from where the vehicle is to above or below there; empty when there is none."""
+    def rival(self, around: Surroundings, end_enu_m: Point, since_ms: int = 0) -> str:
+        """Name of a teammate in the way from where the vehicle is to above or below there; empty when there is none.
+
+        Of those who only mean to pass, who said so later than `since_ms` is not in the way.
+        """
         traffic = Traffic(around.reservations, self._plan.mission.safety.separation_m)
         for rival in traffic.conflicts(around.state.position_enu_m, end_enu_m):
-            if not self._goes_straight_home(rival):
+            if rival.precedes_intent(since_ms, self._index) and not self._goes_straight_home(rival):
                 return self._plan.vehicle_names[rival.owner_index]
         return ""
 

@@ -6,6 +6,8 @@ import math
 from dataclasses import dataclass
 
 from vehicle_agent.domain.frames import Point
+from vehicle_agent.domain.paths import as_array
+from vehicle_agent.domain.segments import segment_distance_m
 from vehicle_agent.ports import VehicleState
 
 ARRIVED_M = 4.0
@@ -13,6 +15,8 @@ SLOW_M_S = 4.0
 DECELERATION_M_S2 = 2.0
 """What a multicopter brakes with comfortably; ArduCopter's WPNAV_ACCEL is 2.5."""
 SHARP_TURN_COSINE = 0.6
+HARDLY_M = 2.0
+"""So little beside a leg counts as on it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +55,20 @@ def turns_sharply(state: VehicleState, end_enu_m: Point) -> bool:
     return along < SHARP_TURN_COSINE * speed * away
 
 
+def swing(here: Point, rest: Point, end_enu_m: Point) -> tuple[tuple[Point, Point], ...]:
+    """Lines beside a leg between which a vehicle is carried that turns into it in flight; none where it hardly is.
+
+    Parameters
+    ----------
+    here, rest
+        Where it is, and where it would come to rest if it braked now.
+    """
+    at = as_array(rest)
+    if segment_distance_m(at, at, as_array(here), as_array(end_enu_m)) <= HARDLY_M:
+        return ()
+    return ((here, rest), (rest, end_enu_m))
+
+
 def speed_m_s(state: VehicleState) -> float:
     return math.hypot(*state.velocity_enu_m_s)
 
@@ -61,7 +79,11 @@ def braking_distance_m(state: VehicleState) -> float:
 
 def stopping_point(state: VehicleState) -> Point:
     """Where the vehicle comes to rest if it brakes now, ENU metres."""
-    speed = speed_m_s(state)
-    reach = braking_distance_m(state) / speed if speed > 0.0 else 0.0
-    east, north, up = (p + reach * v for p, v in zip(state.position_enu_m, state.velocity_enu_m_s, strict=True))
+    return resting_place(state.position_enu_m, state.velocity_enu_m_s)
+
+
+def resting_place(position_enu_m: Point, velocity_enu_m_s: Point) -> Point:
+    """As `stopping_point`, of any vehicle."""
+    reach_s = math.hypot(*velocity_enu_m_s) / (2.0 * DECELERATION_M_S2)
+    east, north, up = (p + reach_s * v for p, v in zip(position_enu_m, velocity_enu_m_s, strict=True))
     return (east, north, up)

@@ -7,7 +7,16 @@ import math
 import numpy as np
 
 from vehicle_agent.behaviour.guide import Arrived, Surroundings
-from vehicle_agent.behaviour.leg import Leg, braking_distance_m, is_ending, is_flown, stopping_point, turns_sharply
+from vehicle_agent.behaviour.intent import Intent, Line, awaited, may_cross, within_reach_m
+from vehicle_agent.behaviour.leg import (
+    Leg,
+    braking_distance_m,
+    is_ending,
+    is_flown,
+    stopping_point,
+    swing,
+    turns_sharply,
+)
 from vehicle_agent.domain.elevation import ElevationMap
 from vehicle_agent.domain.frames import FloatArray, Point
 from vehicle_agent.domain.paths import assumed_surface
@@ -62,14 +71,16 @@ class Navigator:
         self._next_check_s = -math.inf
         self._not_before_s = -math.inf
         self._braking = False
+        self._within_m, self._patience_s = within_reach_m(plan), plan.mission.safety.teammate_silence_s
         self.leg: Leg | None = None
+        self.intent: Intent | None = None
         self.waypoint: Waypoint | None = None
         self.why = ""
 
     def work(self, around: Surroundings) -> Point | Finished | None:
         """Next target to fly to, Finished when the planner has nothing left, or None to carry on."""
         if not self._may_decide(around):
-            return self._make_room(around)
+            return self._carry_on(around)
         if (aside := self.make_way(around)) is not None:
             return aside
         state = around.state
@@ -129,7 +140,7 @@ class Navigator:
     def go_to(self, around: Surroundings, place_en_m: tuple[float, float]) -> Point | Arrived | None:
         """Next target on the way to a place, None to carry on, or Arrived as near to it as known ground lets."""
         if not self._may_decide(around):
-            return self._make_room(around)
+            return self._carry_on(around)
         here, constraints = around.state.position_enu_m, self._constraints(around)
         away_m = way_length_m(here, place_en_m)
         if away_m <= max(OVER_HOME_M, self._plan.grid.cell_m):
@@ -145,7 +156,7 @@ class Navigator:
     def go_home(self, around: Surroundings, home_enu_m: Point) -> Point | None:
         """Next target on the way home, or None to carry on."""
         if not self._may_decide(around):
-            return self._make_room(around)
+            return self._carry_on(around)
         here, constraints = around.state.position_enu_m, self._constraints(around)
         away_m = way_length_m(here, home_enu_m[:2])
         end = self._last_leg(here, home_enu_m, constraints) or next_leg(here, home_enu_m[:2], constraints)
@@ -168,7 +179,7 @@ class Navigator:
     def make_way(self, around: Surroundings) -> Point | None:
         """Leave a place where a teammate must pass; None where nobody must, or there is no way out now."""
         if not self._may_decide(around):
-            return self._make_room(around)
+            return self._carry_on(around)
         here, constraints = around.state.position_enu_m, self._constraints(around)
         passages = [p for p in around.passages if constraints.blocks(p.start_enu_m, p.end_enu_m, here)]
         end = way_aside(here, passages, constraints) if passages else None
@@ -179,6 +190,7 @@ class Navigator:
     def stay(self, around: Surroundings, why: str) -> Point:
         """Give up the present leg and come to rest, no further than where it ends."""
         rest = stopping_point(around.state)
+        self.intent = None
         if self.leg is not None and is_ending(self.leg, around.state):
             rest = self.leg.end_enu_m
         self._braking = True
@@ -189,11 +201,11 @@ class Navigator:
 
     def forget(self, why: str) -> None:
         """Nothing is flown any more: somebody else steers, or the vehicle is down."""
-        self.leg = self.waypoint = None
+        self.leg = self.intent = self.waypoint = None
         self.why = why
 
     def _may_decide(self, around: Surroundings) -> bool:
-        if around.now_s < self._not_before_s:
+        if self.intent is not None or around.now_s < self._not_before_s:
             return False
         if self.leg is None or is_flown(self.leg, around.state):
             return True
@@ -203,13 +215,59 @@ class Navigator:
         if self.leg is None and turns_sharply(around.state, end):
             return self.stay(around, why)
         ending = self.leg is not None and not is_flown(self.leg, around.state)
-        if ending and turns_sharply(around.state, end):
+        if ending and (turns_sharply(around.state, end) or self._swings_near(around, end)):
             self._braking = True
             return None
-        there_already = self.leg is not None and math.dist(self.leg.end_enu_m, end) < SAME_PLACE_M
-        self._braking = False
-        self.leg, self.waypoint, self.why = Leg(end, why), waypoint, why
+        intent = Intent(Leg(end, why), waypoint, around.state.stamp_ms, around.now_s)
+        if not self._ends_at(end) and (mates := self._awaited(around, intent)):
+            self.intent, self.why = intent, f"waits to hear {self._plan.vehicle_names[mates[0]]}: {why}"
+            return None
+        return self._set_off(intent)
+
+    def _ends_at(self, place: Point) -> bool:
+        """Whether the present leg leads there already."""
+        return self.leg is not None and math.dist(self.leg.end_enu_m, place) < SAME_PLACE_M
+
+    def _set_off(self, intent: Intent) -> Point | None:
+        end, there_already = intent.leg.end_enu_m, self._ends_at(intent.leg.end_enu_m)
+        self._braking, self.intent = False, None
+        self.leg, self.waypoint, self.why = intent.leg, intent.waypoint, intent.leg.why
         return None if there_already else end
+
+    def _awaited(self, around: Surroundings, intent: Intent) -> list[int]:
+        """Teammates who might have reserved a leg across an intended one, wherever on the present leg it begins."""
+        here, end = around.state.position_enu_m, intent.leg.end_enu_m
+        lines: tuple[Line, ...] = ((here, end), (here if self.leg is None else self.leg.end_enu_m, end))
+        mates = around.whereabouts
+        return awaited(lines, intent.since_ms, intent.since_s, mates, self._within_m, self._patience_s)
+
+    def _carry_on(self, around: Surroundings) -> Point | None:
+        """Make room on the present leg, or set off on the intended one once teammates have been heard."""
+        rest = self._make_room(around)
+        intent = self.intent
+        if rest is not None or intent is None or self._awaited(around, intent):
+            return rest
+        end = intent.leg.end_enu_m
+        if turns_sharply(around.state, end) or self._swings_near(around, end):
+            return None  # it slows down towards the end of its present leg
+        if not self._is_still_clear(around, intent):
+            self.intent = None
+            return None
+        return self._set_off(intent)
+
+    def _swings_near(self, around: Surroundings, end: Point) -> bool:
+        """Whether turning into a leg in flight would carry the vehicle too near to what a teammate has reserved."""
+        lines = swing(around.state.position_enu_m, stopping_point(around.state), end)
+        theirs = [(rival.start_enu_m, rival.end_enu_m) for rival in around.reservations]
+        return may_cross(lines, theirs, self._plan.mission.safety.separation_m)
+
+    def _is_still_clear(self, around: Surroundings, intent: Intent) -> bool:
+        """Whether an intended leg may be flown from here by what was heard and seen since it was chosen."""
+        here, end, constraints = around.state.position_enu_m, intent.leg.end_enu_m, self._constraints(around)
+        if any(rival.precedes_intent(intent.since_ms, self._index) for rival in constraints.conflicts(here, end)):
+            return False
+        least_m = min(self._min_above_m, constraints.clearance_m(here, here) - SAME_PLACE_M)
+        return constraints.clearance_m(here, end) >= TOO_LOW * least_m
 
     def _wait(self, around: Surroundings, why: str) -> Point | None:
         self._not_before_s = around.now_s + WAIT_S
@@ -226,6 +284,8 @@ class Navigator:
         constraints = self._constraints(around)
         here, end = around.state.position_enu_m, self.leg.end_enu_m
         for rival in constraints.conflicts(here, end):
+            if rival.since_ms:
+                continue  # who only means to fly makes room
             if rival.precedes(self._index) or constraints.blocks(here, end, rival.end_enu_m):
                 return self.stay(around, "making room for a teammate")
         if not constraints.clearance_m(here, end) >= TOO_LOW * self._min_above_m:

@@ -6,11 +6,14 @@ from dataclasses import dataclass
 
 from vehicle_agent.behaviour.body import Body
 from vehicle_agent.behaviour.home_column import HomeColumn
+from vehicle_agent.behaviour.intent import Intent, awaited, within_reach_m
 from vehicle_agent.behaviour.knowledge import Knowledge
+from vehicle_agent.behaviour.leg import Leg
 from vehicle_agent.behaviour.order_book import OrderBook
 from vehicle_agent.behaviour.preflight import Checklist
 from vehicle_agent.behaviour.voice import Voice
 from vehicle_agent.domain.frames import Point
+from vehicle_agent.mission.load import MissionPlan
 from vehicle_agent.ports import Arm, FlightMode, VehicleState
 from vehicle_agent.wire.messages import Severity, Stage
 
@@ -33,13 +36,19 @@ class SettingOut:
 
     Parameters
     ----------
-    controller_id
-        MAVLink system id under which this agent speaks to its autopilot.
+    plan, index
+        The mission, and which of its vehicles this is.
+
+    Attributes
+    ----------
+    intent
+        The way up that it has told of and waits with for teammates' words, until it sets out.
     """
 
     def __init__(
         self,
-        controller_id: int,
+        plan: MissionPlan,
+        index: int,
         body: Body,
         checklist: Checklist,
         column: HomeColumn,
@@ -47,15 +56,19 @@ class SettingOut:
         voice: Voice,
         orders: OrderBook,
     ) -> None:
-        self._controller_id = controller_id
+        self._controller_id = plan.controller_system_id(index)
+        self._within_m, self._patience_s = within_reach_m(plan), plan.mission.safety.teammate_silence_s
         self._body, self._checklist, self._column = body, checklist, column
         self._knowledge, self._voice, self._orders = knowledge, voice, orders
         self._take_offs = 0
         self._left_ground = False
         self._waits = False
+        self.intent: Intent | None = None
 
     def step(self, now_s: float, stage: Stage, state: VehicleState, steers: bool) -> Change | None:
         """Order what the stage needs; the next stage, or None while this one lasts."""
+        if stage is not Stage.ARMING:
+            self.intent = None
         match stage:
             case Stage.CONNECTING:
                 return self._connect(state)
@@ -112,14 +125,22 @@ class SettingOut:
         return None
 
     def _is_free(self, now_s: float, state: VehicleState, home: Point) -> bool:
-        """Whether nobody is over home; who works there hears that somebody wants to come up, and makes way."""
+        """Whether nobody is over home nor on the way there; who works there hears of it, and makes way."""
         east_m, north_m, _ = state.position_enu_m
         around = self._knowledge.around(now_s, state, at_work=False)
-        rival = self._column.rival(around, (east_m, north_m, home[2] + self._body.set_out_height_m()))
+        top: Point = (east_m, north_m, home[2] + self._body.set_out_height_m())
+        rival = self._column.rival(around, top, state.stamp_ms if self.intent is None else self.intent.since_ms)
         if rival and not self._waits:
             self._voice.event(Severity.NOTICE, "waiting", f"waits to set out: {rival} is in the way")
         self._waits = bool(rival)
-        return not rival
+        if rival:
+            self.intent = None
+            return False
+        if self.intent is None:
+            self.intent = Intent(Leg(top, "sets out"), None, state.stamp_ms, now_s)
+        lines = ((state.position_enu_m, top),)
+        since_ms, since_s = self.intent.since_ms, self.intent.since_s
+        return not awaited(lines, since_ms, since_s, around.whereabouts, self._within_m, self._patience_s)
 
     def _take_off(self, now_s: float, state: VehicleState, steers: bool) -> Change | None:
         if state.home_enu_m is None:

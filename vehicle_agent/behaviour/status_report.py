@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from vehicle_agent.behaviour.guide import Guide
+from vehicle_agent.behaviour.intent import Intent
 from vehicle_agent.behaviour.leg import stopping_point
 from vehicle_agent.behaviour.units import to_centimetres
 from vehicle_agent.domain.frames import Point
@@ -36,6 +37,7 @@ def status_fields(
     take_off_height_m: float,
     return_height_m: float,
     figures: Figures,
+    intent: Intent | None = None,
 ) -> dict[str, Any]:
     """The fields of a `Status` beyond its header.
 
@@ -43,6 +45,8 @@ def status_fields(
     ----------
     take_off_height_m, return_height_m
         Above home: where a take-off ends, and where the autopilot returns by itself.
+    intent
+        What it means to fly next.
     """
     return {
         "stage": stage,
@@ -63,6 +67,8 @@ def status_fields(
         if navigator.waypoint
         else (),
         "return_up_cm": to_centimetres((0.0, 0.0, home_enu_m[2] + return_height_m))[2],
+        "next_end_cm": None if intent is None else to_centimetres(intent.leg.end_enu_m),
+        "next_told_ms": 0 if intent is None else min(max(0, state.stamp_ms - intent.since_ms), MAX_COUNT),
     }
 
 

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
+from vehicle_agent.behaviour.intent import Line, Whereabouts
+from vehicle_agent.behaviour.leg import resting_place, swing
 from vehicle_agent.behaviour.units import to_metres
 from vehicle_agent.planning.constraints import Reservation
 from vehicle_agent.planning.interface import AnnouncedTour, Teammate
@@ -18,6 +21,7 @@ FAILSAFE_S = 60.0
 """Until a silent vehicle's failsafe acts, and for its last metres to the ground."""
 OVER_HOME_M = 5.0
 """A way home that ends so near to home goes on from there to the ground."""
+ON_GROUND_FOR_GOOD = (Stage.DONE, Stage.REFUSED)
 UNSTOPPABLE = (Stage.TAKING_OFF, Stage.LANDING)
 SLOWEST_RETURN_M_S, SLOWEST_CLIMB_M_S = 4.0, 1.0
 """No slower is a vehicle under its failsafe taken to fly home, and to climb and sink."""
@@ -127,6 +131,25 @@ class TeamPicture:
                     legs.extend(way)
         return tuple(legs)
 
+    def whereabouts(self, now_s: float, speeds_m_s: Sequence[float]) -> tuple[Whereabouts, ...]:
+        """Where the living who fly or may set out are by their last words; speeds by team index."""
+        known = [(self._team.index(name), self._heard[name]) for name in self.living()]
+        return tuple(
+            Whereabouts(
+                index,
+                heard.status.stamp_ms,
+                heard.heard_at_s,
+                _lines(heard.status, index),
+                speeds_m_s[index] * self._age_s(heard, now_s),
+            )
+            for index, heard in known
+            if heard.status.armed or heard.status.stage not in ON_GROUND_FOR_GOOD
+        )
+
+    def _age_s(self, heard: Heard, now_s: float) -> float:
+        """Since a teammate said its last words; a clock that differs by more than a silence is not believed."""
+        return min(max(0.0, now_s - min(heard.heard_at_s, heard.status.stamp_ms / 1000.0)), self._silence_s)
+
     def passages(self, now_s: float) -> tuple[Reservation, ...]:
         """Where teammates must pass that cannot go elsewhere, so that nobody rests there who works.
 
@@ -149,10 +172,36 @@ def _told_legs(status: Status, index: int) -> list[Reservation]:
     here, leg_end, home = (to_metres(p) for p in (status.position_cm, status.leg_end_cm, status.home_cm))
     if status.stage is Stage.ARMING:
         leg_end = here
-    legs = [Reservation(here, leg_end, index, status.stage in UNSTOPPABLE)]
+    legs = [Reservation(here, leg_end, index, status.stage in UNSTOPPABLE), *_next_legs(status, index)]
+    rest = resting_place(here, to_metres(status.velocity_cm_s))
+    legs.extend(Reservation(*line, index) for line in swing(here, rest, leg_end))
     if status.stage is Stage.RETURNING and math.dist(leg_end[:2], home[:2]) <= OVER_HOME_M:
         legs.append(Reservation(leg_end, home, index))
     return legs
+
+
+def _next_legs(status: Status, index: int) -> list[Reservation]:
+    """The leg that a vehicle means to fly next: from where it is, or from where its present leg ends."""
+    if status.next_end_cm is None:
+        return []
+    here, leg_end, next_end, home = (
+        to_metres(p) for p in (status.position_cm, status.leg_end_cm, status.next_end_cm, status.home_cm)
+    )
+    starts = [here] if status.stage is Stage.ARMING else [here, leg_end]
+    since_ms = max(1, status.stamp_ms - status.next_told_ms)
+    legs = [Reservation(start, next_end, index, since_ms=since_ms) for start in starts]
+    if status.stage is Stage.RETURNING and math.dist(next_end[:2], home[:2]) <= OVER_HOME_M:
+        legs.append(Reservation(next_end, home, index, since_ms=since_ms))
+    return legs
+
+
+def _lines(status: Status, index: int) -> tuple[Line, ...]:
+    """All that a vehicle has told of where it flies."""
+    lines = [(leg.start_enu_m, leg.end_enu_m) for leg in _told_legs(status, index)]
+    if status.stage is Stage.RETURNING:
+        here, home = to_metres(status.position_cm), to_metres(status.home_cm)
+        lines.append(((home[0], home[1], here[2]), home))
+    return tuple(lines)
 
 
 def _way_home(status: Status, index: int) -> list[Reservation]:

@@ -14,6 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from vehicle_agent.behaviour.guide import Arrived, Surroundings
+from vehicle_agent.behaviour.intent import Intent
 from vehicle_agent.behaviour.leg import Leg, braking_distance_m, speed_m_s, stopping_point
 from vehicle_agent.behaviour.navigator import allowed_cells
 from vehicle_agent.behaviour.voxel_share import VoxelShare
@@ -49,6 +50,7 @@ class TownNavigator:
     """A `Guide` through a town; what the end of a leg is flown for is told only when teammates should leave it."""
 
     has_sector = False
+    intent: Intent | None = None
 
     def __init__(self, plan: MissionPlan, index: int, shared: VoxelShare) -> None:
         self._plan, self._index, self._shared = plan, index, shared

@@ -19,6 +19,8 @@ from vehicle_agent.domain.segments import come_too_near, least_distance_m, segme
 _HEIGHT_SHARES = np.linspace(0.0, 1.0, 17) ** 2
 """Heights tried, as shares of the height band: closer together near the ground, where vehicles fly."""
 _SHORTENINGS = (1.0, 0.5, 0.25, 0.125)
+STRETCH = 1.5
+"""How much longer a leg may be in space than over ground."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,16 +33,23 @@ class Reservation:
         Team index of who reserved it: of two that reserved crossing legs at the same time, the lower has the way.
     has_way
         Its owner can neither stop nor turn aside, so all others do.
+    since_ms
+        When its owner told that it means to fly it, Unix milliseconds; 0 once it flies it.
     """
 
     start_enu_m: Point
     end_enu_m: Point
     owner_index: int = -1
     has_way: bool = False
+    since_ms: int = 0
 
     def precedes(self, index: int) -> bool:
-        """Whether its owner has the way over a vehicle with that team index."""
+        """Whether its owner has the way over a vehicle with that team index, both under way."""
         return self.has_way or self.owner_index < index
+
+    def precedes_intent(self, since_ms: int, index: int) -> bool:
+        """Whether its owner has the way over a vehicle with that team index that means to set off since then."""
+        return self.since_ms == 0 or (self.since_ms, self.owner_index) < (since_ms, index)
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +115,7 @@ class Constraints:
     reach_m: float
     separation_m: float = 0.0
     reservations: tuple[Reservation, ...] = field(default=())
-    stretch: float = 1.5
+    stretch: float = STRETCH
     ceiling_m: float = math.inf
 
     def ground_m(self, east_m: float, north_m: float) -> float:

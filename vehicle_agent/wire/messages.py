@@ -135,6 +135,10 @@ class Status(Message, frozen=True, tag=1, kw_only=True):
     """Waypoints after the reserved leg, as planned now."""
     return_up_cm: Centimetres = 0
     """ENU height to which its autopilot climbs when it returns by itself."""
+    next_end_cm: PositionCm | None = None
+    """End of the leg that it means to fly once it knows that no teammate's earlier one crosses; None without one."""
+    next_told_ms: U32 = 0
+    """Milliseconds since it first told of that leg."""
 
 
 class DeltaRecord(msgspec.Struct, array_like=True, frozen=True):
