@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vehicle_agent.behaviour.energy import DETOUR, EnergyWatch
+from vehicle_agent.behaviour.energy import DETOUR, STUCK_S, EnergyWatch, Headway
 
 
 def watched(drain_per_s: float, until_s: float) -> EnergyWatch:
@@ -35,3 +35,14 @@ def test_a_charge_that_rises_is_no_reason_to_fear_or_hope() -> None:
     watch = watched(-0.001, 100.0)
     assert not watch.must_return(0.2, 1e6)
     assert watch.must_return(0.1, 0.0)
+
+
+def test_who_comes_no_nearer_for_a_while_is_stuck() -> None:
+    headway = Headway()
+    headway.begin(1_000.0)
+    assert not headway.is_stuck(1_000.0 + STUCK_S, 300.0)
+    assert not headway.is_stuck(1_000.0 + 2.0 * STUCK_S, 299.5)
+    assert headway.is_stuck(1_000.1 + 2.0 * STUCK_S, 299.5)
+    assert not headway.is_stuck(1_001.0 + 2.0 * STUCK_S, 280.0)
+    headway.begin(2_000.0)
+    assert not headway.is_stuck(2_001.0, 400.0)

@@ -24,8 +24,8 @@ HOME = (200.0, 200.0)
 NAMES = ("ada", "bob", "cyd")
 
 
-def team_plan(*starts: tuple[float, float], **changes: Any) -> MissionPlan:
-    team = copters(starts, NAMES, range_m=200.0, speed_m_s=15.0, max_above_terrain_m=150.0)
+def team_plan(*starts: tuple[float, float], max_above_terrain_m: float = 150.0, **changes: Any) -> MissionPlan:
+    team = copters(starts, NAMES, range_m=200.0, speed_m_s=15.0, max_above_terrain_m=max_above_terrain_m)
     return sim_plan(team=team, safety={"separation_m": SEPARATION_M}, **changes)
 
 
@@ -140,6 +140,47 @@ def test_who_rests_over_a_home_makes_way_for_its_owner(verb: Verb, stage: Stage)
         assert bench.said(Status)[-1].why == "makes way for bob"
 
 
+def held_up() -> tuple[AgentBench, Callable[[], Status]]:
+    """A vehicle on its way home, across which bob reserves a leg that it can neither pass below nor above."""
+    team = copters((HOME, (260.0, 800.0)), NAMES, range_m=200.0, speed_m_s=15.0, max_above_terrain_m=50.0)
+    bench, bob = AgentBench(sim_plan(team=team, safety={"separation_m": SEPARATION_M}, task={"kind": "cover"})), Bob()
+    bench.run_until(Stage.WORKING)
+    send_to(bench, 1, 420.0, 200.0)
+    bench.run_until(Stage.HOLDING)
+    bench.hear(command(Verb.RETURN, 2, "ada"))
+    place, end = (300.0, 0.0, GROUND_M + 40.0), to_centimetres((300.0, 900.0, GROUND_M + 40.0))
+    return bench, lambda: bob.at(place, leg_end_cm=end, stage=Stage.YIELDED)
+
+
+def test_who_is_held_up_on_the_way_home_comes_down_there_before_its_charge_is_gone() -> None:
+    bench, in_the_way = held_up()
+    reserve = bench.plan.mission.stop.battery_reserve
+    bench.set(battery_fraction=0.9 * reserve)
+    hover(bench, 60.0, in_the_way)
+    assert bench.agent.stage is Stage.RETURNING
+    bench.set(battery_fraction=0.45 * reserve)
+    hover(bench, 2.0, in_the_way)
+    assert bench.agent.stage is Stage.LANDING
+    hover(bench, 60.0, in_the_way)
+    assert bench.agent.stage is Stage.DONE
+    assert bench.state.position_enu_m[0] > 300.0 + SEPARATION_M - 0.2
+
+
+def test_who_is_held_up_goes_home_once_the_way_is_free() -> None:
+    bench, in_the_way = held_up()
+    hover(bench, 60.0, in_the_way)
+    assert bench.agent.stage is Stage.RETURNING
+    bench.run_until(Stage.DONE)
+    assert math.dist(bench.state.position_enu_m[:2], HOME) < 5.0
+
+
+def test_with_little_charge_on_a_free_way_it_still_goes_home() -> None:
+    bench, _ = held_up()
+    bench.set(battery_fraction=0.45 * bench.plan.mission.stop.battery_reserve)
+    bench.run_until(Stage.DONE)
+    assert math.dist(bench.state.position_enu_m[:2], HOME) < 5.0
+
+
 # Teams
 
 
@@ -168,6 +209,19 @@ def test_a_team_keeps_apart_when_one_holds_over_the_home_of_one_who_returns(heig
     team.benches[0].hear(command(Verb.RETURN, 2, "ada"))
     team.run_until(lambda: team.benches[0].agent.stage is Stage.DONE)
     assert team.benches[1].agent.stage is Stage.HOLDING
+    assert team.closest_m >= SEPARATION_M - 0.2
+
+
+def test_who_rests_on_the_way_home_of_one_who_is_held_up_makes_way() -> None:
+    team = BenchTeam(team_plan((200.0, 200.0), (260.0, 600.0), max_above_terrain_m=50.0))
+    team.run_until(lambda: all(bench.agent.stage is Stage.WORKING for bench in team.benches))
+    send_to(team.benches[0], 1, 460.0, 200.0)
+    team.run_until(lambda: team.benches[0].agent.stage is Stage.HOLDING)
+    send_to(team.benches[1], 2, 330.0, 200.0)
+    team.run_until(lambda: team.benches[1].agent.stage is Stage.HOLDING)
+    team.benches[0].hear(command(Verb.RETURN, 3, "ada"))
+    team.run_until(lambda: team.benches[0].agent.stage is Stage.DONE)
+    assert math.dist(team.benches[0].state.position_enu_m[:2], HOME) < 5.0
     assert team.closest_m >= SEPARATION_M - 0.2
 
 

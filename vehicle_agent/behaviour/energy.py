@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 LEARN_S = 20.0
 DETOUR = 1.5
 """The way home is reckoned longer than the straight line by this factor."""
 LAST_SHARE = 0.5
 """Share of the reserve with which a vehicle must go down."""
+NEARER_M, STUCK_S = 1.0, 20.0
+"""Who has come no nearer to home for so long is held up."""
 
 
 class EnergyWatch:
@@ -39,5 +43,27 @@ class EnergyWatch:
         return battery_fraction - self._drain_per_s * DETOUR * way_home_s <= self._reserve
 
     def must_land(self, battery_fraction: float | None) -> bool:
-        """Whether a vehicle at home can wait no longer for its way down to become free."""
+        """Whether a vehicle that comes home can wait no longer for its way to become free."""
         return battery_fraction is not None and battery_fraction <= LAST_SHARE * self._reserve
+
+    def is_nearly_gone(self, battery_fraction: float | None) -> bool:
+        """Whether it must go down wherever it is, whoever is below: teammates see it come, and make room."""
+        return battery_fraction is not None and battery_fraction <= LAST_SHARE**2 * self._reserve
+
+
+class Headway:
+    """Whether a vehicle on its way home still gets nearer."""
+
+    def __init__(self) -> None:
+        self._nearest_m = math.inf
+        self._since_s = 0.0
+
+    def begin(self, now_s: float) -> None:
+        """Set off."""
+        self._nearest_m, self._since_s = math.inf, now_s
+
+    def is_stuck(self, now_s: float, away_m: float) -> bool:
+        """Take the distance that is left; True when it has not become less for a while."""
+        if away_m < self._nearest_m - NEARER_M:
+            self._nearest_m, self._since_s = away_m, now_s
+        return now_s - self._since_s > STUCK_S

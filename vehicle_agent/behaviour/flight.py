@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from vehicle_agent.behaviour.authority import Authority, Steering
 from vehicle_agent.behaviour.body import body_of
-from vehicle_agent.behaviour.energy import EnergyWatch
+from vehicle_agent.behaviour.energy import EnergyWatch, Headway
 from vehicle_agent.behaviour.goal_claim import GoalClaim
 from vehicle_agent.behaviour.guide import Arrived, Guide, Surroundings
 from vehicle_agent.behaviour.home_column import HomeColumn
@@ -77,7 +77,7 @@ class Flight:
         self._knowledge, self._voice, self._orders, self._status_rhythm = knowledge, voice, orders, status_rhythm
         self._claim = GoalClaim(voice)
         self._column = HomeColumn(plan, index)
-        self._energy = EnergyWatch(plan.mission.stop.battery_reserve)
+        self._energy, self._headway = EnergyWatch(plan.mission.stop.battery_reserve), Headway()
         self._checklist = Checklist(self._body.parameters())
         self._setting_out = SettingOut(plan, index, self._body, self._checklist, self._column, knowledge, voice, orders)
         self._authority = Authority()
@@ -209,6 +209,7 @@ class Flight:
     def _go_home(self, state: VehicleState, reason: str) -> None:
         self._enter(Change(Stage.RETURNING, "returning", reason))
         self._waits_told = False
+        self._headway.begin(self._now_s)
         self._claim.release()
         self._fly(self.navigator.stay(self._around(state), reason))
 
@@ -216,6 +217,7 @@ class Flight:
         home = self.home_enu_m(state)
         if not self.navigator.is_over_home(state, home):
             self._fly(self.navigator.go_home(self._around(state), home))
+            self._come_down_held_up(state, home)
             return
         east_m, north_m, _ = state.position_enu_m
         rival = self._column.rival(self._around(state), (east_m, north_m, home[2]))
@@ -224,6 +226,17 @@ class Flight:
             self._land(state)
         else:
             self._wait_at_home(state, f"waits at home: {rival} is in the way")
+
+    def _come_down_held_up(self, state: VehicleState, home: Point) -> None:
+        """Go down short of home when the way there stays taken until the charge is nearly gone."""
+        stuck = self._headway.is_stuck(self._now_s, way_length_m(state.position_enu_m, home[:2]))
+        if not (stuck and self._energy.must_land(state.battery_fraction)):
+            return
+        east_m, north_m, _ = state.position_enu_m
+        rival = self._column.rival(self._around(state), (east_m, north_m, home[2]))
+        if not rival or self._energy.is_nearly_gone(state.battery_fraction):
+            self._begin_landing("the way home stays taken and the charge is nearly gone: down here")
+            self._land(state)
 
     def _wait_at_home(self, state: VehicleState, why: str) -> None:
         """Stay where teammates see that it wants to go on to its home, and make way."""
@@ -279,6 +292,7 @@ class Flight:
         if self._body.rests(state):
             self._enter(Change(Stage.ARMING, "handed-back", "guided again, on the ground"))
         elif self._handed_back_stage is Stage.RETURNING:
+            self._headway.begin(self._now_s)
             self._enter(Change(Stage.RETURNING, "handed-back", "guided again: on the way home"))
         else:
             self._enter(Change(Stage.WORKING, "handed-back", "guided again: back to work"))

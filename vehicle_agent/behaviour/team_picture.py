@@ -153,7 +153,8 @@ class TeamPicture:
     def passages(self, now_s: float) -> tuple[Reservation, ...]:
         """Where teammates must pass that cannot go elsewhere, so that nobody rests there who works.
 
-        Besides the legs of those that cannot stop: up and down over the homes of who sets out and who comes back.
+        Besides the legs of those that cannot stop: up and down over the homes of who sets out and who comes back, and
+        the straight way home of who comes back and is held up.
         """
         ways = [leg for leg in self.reservations(now_s) if leg.has_way]
         for name in self.living():
@@ -164,6 +165,8 @@ class TeamPicture:
             elif status.stage is Stage.RETURNING:
                 up = max(here[2], leg_end[2], key=lambda up_m: abs(up_m - home[2]))
                 ways.append(Reservation((home[0], home[1], up), home, self._team.index(name)))
+                if math.dist(here, leg_end) <= OVER_HOME_M and math.dist(here[:2], home[:2]) > OVER_HOME_M:
+                    ways.append(Reservation(here, (home[0], home[1], here[2]), self._team.index(name)))
         return tuple(ways)
 
 
