@@ -6,6 +6,8 @@ import itertools
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from tests.fakes.sim_missions import sim_plan
 from vehicle_agent.behaviour.elevation_share import ElevationShare
@@ -28,11 +30,14 @@ def test_the_autopilot_is_told_whom_to_watch_before_anything_else() -> None:
         assert values["WPNAV_SPEED"] == 1_500.0
 
 
-def test_vehicles_return_at_heights_of_their_own_above_all_ground() -> None:
-    heights = [return_height_m(PLAN, index, 120.0, 50.0) for index in range(3)]
-    assert heights[0] == 120.0 - 50.0 + 30.0
-    assert all(above - below >= 10.0 for below, above in itertools.pairwise(heights))
-    assert return_height_m(PLAN, 0, -500.0, 50.0) == 30.0
+@given(st.lists(st.tuples(st.floats(-100.0, 900.0), st.floats(-50.0, 300.0)), min_size=3, max_size=3))
+def test_vehicles_return_at_heights_of_their_own_whatever_each_knows(known: list[tuple[float, float]]) -> None:
+    separation_m = PLAN.mission.safety.separation_m
+    above_m = [return_height_m(PLAN, index, highest, home) for index, (highest, home) in enumerate(known)]
+    heights = [home + above for above, (_, home) in zip(above_m, known, strict=True)]
+    for height, (highest, home) in zip(heights, known, strict=True):
+        assert max(highest, home) + 30.0 <= height + 1e-6 <= max(highest, home) + 30.0 + 3 * 2.0 * separation_m
+    assert all(abs(one - other) > separation_m for one, other in itertools.combinations(heights, 2))
 
 
 def play(checklist: Checklist, answers: dict[str, bool]) -> list[str]:
@@ -77,25 +82,28 @@ def mapped(elevation_dm: int) -> ElevationShare:
 
 def test_the_return_height_rises_with_the_known_ground_and_not_too_often() -> None:
     height = ReturnHeight(PLAN, 0)
-    assert height.due_m(0.0, ElevationShare(PLAN.grid, 0), 50.0) is None
+    before_m = height.height_m
+    assert height.due_m(0.0, ElevationShare(PLAN.grid, 0), 0.0) is None
     assert height.due_m(1.0, mapped(2_000), 50.0) is None  # not yet time
     wanted_m = height.due_m(4.0, mapped(2_000), 50.0)
     assert wanted_m is not None
     assert wanted_m >= 200.0 - 50.0 + 30.0
-    assert height.height_m == 30.0
+    assert height.height_m == before_m
     height.asked(7, wanted_m)
     height.hear(ActionResult(6, True))
-    assert height.height_m == 30.0
+    assert height.height_m == before_m
     height.hear(ActionResult(7, True))
     assert height.height_m == wanted_m
     assert height.due_m(8.0, mapped(2_000), 50.0) is None
+    assert height.due_m(12.0, mapped(2_050), 50.0) is None  # a little higher: its lane is still above
 
 
 def test_a_refused_return_height_is_asked_for_again() -> None:
     height = ReturnHeight(PLAN, 0)
+    before_m = height.height_m
     first_m = height.due_m(0.0, mapped(2_000), 50.0)
     assert first_m is not None
     height.asked(7, first_m)
     height.hear(ActionResult(7, False, "busy"))
-    assert height.height_m == 30.0
+    assert height.height_m == before_m
     assert height.due_m(5.0, mapped(2_000), 50.0) == pytest.approx(first_m)

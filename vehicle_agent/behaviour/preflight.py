@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 from vehicle_agent.mission.load import MissionPlan
@@ -12,19 +13,25 @@ CLIMB_ACCELERATION_M_S2 = 2.5
 """Brisker than ArduCopter's default of 1: over steep ground it is the climb that sets the pace."""
 SUBMARINE_SILENCE_S = 20.0
 """Nothing falls out of the water: an agent that thinks for long need not bring its vehicle up."""
-RETURN_LANE_M = 15.0
-"""Vehicles that return by themselves do so at different heights."""
+LEAST_LANE_M = 15.0
+LANE_SEPARATIONS = 1.25
+"""Vehicles that return by themselves do so at heights so much more than the separation apart."""
 
 
 def return_height_m(plan: MissionPlan, index: int, highest_known_up_m: float, home_up_m: float) -> float:
     """Height above home at which a vehicle's own failsafe brings it home: above all ground that is known.
 
-    In a town it is above where the team flies.
+    In a town it is above where the team flies. Each vehicle has lanes of its own, the same in everybody's frame and so
+    apart whatever each knows of the ground: as many as there are vehicles above each other, and again above those.
     """
     above_ground_m = plan.mission.vehicles[index].min_above_terrain_m
     if plan.voxel_grid is not None:
         highest_known_up_m = max(vehicle.max_above_terrain_m for vehicle in plan.mission.vehicles)
-    return max(highest_known_up_m - home_up_m, 0.0) + above_ground_m + RETURN_LANE_M * index
+    lane_m = max(LEAST_LANE_M, LANE_SEPARATIONS * plan.mission.safety.separation_m)
+    lowest_m = max(highest_known_up_m, home_up_m) + above_ground_m
+    lanes = len(plan.mission.vehicles)
+    rounds = math.ceil((lowest_m / lane_m - index) / lanes)
+    return (rounds * lanes + index) * lane_m - home_up_m
 
 
 def take_off_height_m(plan: MissionPlan, index: int) -> float:

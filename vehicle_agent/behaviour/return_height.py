@@ -9,8 +9,7 @@ from vehicle_agent.mission.load import MissionPlan
 from vehicle_agent.ports import ActionResult
 
 PERIOD_S = 3.0
-STEP_M = 10.0
-"""Room to spare, so that not every higher cell asks for a new height."""
+SAME_M = 0.5
 
 
 class ReturnHeight:
@@ -33,7 +32,7 @@ class ReturnHeight:
         if not self._rhythm.is_due(now_s):
             return None
         wanted_m = return_height_m(self._plan, self._index, shared.highest_up_m(), home_up_m)
-        return wanted_m + STEP_M if wanted_m > self.height_m else None
+        return wanted_m if abs(wanted_m - self.height_m) > SAME_M else None
 
     def asked(self, action_id: int, height_m: float) -> None:
         self._asked = (action_id, height_m)
