@@ -78,12 +78,12 @@ class LockstepVehicle:
         if snapshot.time_s >= self._heartbeat_due_s:
             self._heartbeat_due_s = snapshot.time_s + HEARTBEAT_S - 1e-6
             self._vehicle.heard_controller(self._controller_id)
-        if snapshot.armed and snapshot.time_s >= self._scan_due_s:
+        if self._vehicle.beam is not None:
+            if snapshot.armed:
+                self._sounding = _sounding(snapshot, self._vehicle.beam)
+        elif snapshot.armed and snapshot.time_s >= self._scan_due_s:
             self._scan_due_s = snapshot.time_s + self._scan_period_s - 1e-6
-            if self._vehicle.beam is None:
-                self.inbox.scans.append(SensorScan(self._fleet.scan(self._index)))
-            else:
-                self._sounding = _sounding(snapshot.stamp_ms, self._vehicle.beam)
+            self.inbox.scans.append(SensorScan(self._fleet.scan(self._index)))
         inbox, self.inbox = self.inbox, Inbox()
         inbox.state = replace(vehicle_state(snapshot), sounding=self._sounding)
         inbox.texts = [AutopilotText(text.severity, text.text) for text in self._vehicle.drain_texts()]
@@ -112,9 +112,10 @@ def vehicle_state(snapshot: VehicleSnapshot) -> VehicleState:
     )
 
 
-def _sounding(stamp_ms: int, beam: Beam) -> Sounding:
-    """A beam's last reading; one beyond its limits measures nothing."""
+def _sounding(snapshot: VehicleSnapshot, beam: Beam) -> Sounding:
+    """A beam's last reading and when it was taken; one beyond its limits measures nothing."""
     reading_m, sensor = beam.reading_m, beam.sensor
+    stamp_ms = snapshot.stamp_ms - round(1_000.0 * (snapshot.time_s - beam.read_at_s))
     within = reading_m is not None and sensor.min_range_m <= reading_m <= sensor.range_m
     return Sounding(stamp_ms, reading_m if within else None)
 

@@ -21,6 +21,8 @@ class Beam:
     reading_m
         Last distance along the beam; infinite while nothing within range answers, below `sensor.min_range_m` when the
         ground is too near to be measured. None before the first reading.
+    read_at_s
+        When that was, in simulated seconds.
     """
 
     def __init__(self, sensor: SingleBeamSensor, bodies: Bodies, index: int, stream: np.random.Generator) -> None:
@@ -29,13 +31,13 @@ class Beam:
         self._bodies = bodies
         self._index = index
         self._stream = stream
-        self._due_s = 0.0
+        self._due_s = self.read_at_s = 0.0
 
     def advance(self, time_s: float) -> None:
         """Measure when the period has passed."""
         if time_s < self._due_s - 1e-6:
             return
-        self._due_s = time_s + self.sensor.period_s
+        self._due_s, self.read_at_s = time_s + self.sensor.period_s, time_s
         distance_m = self._bodies.distance_along_m(self._index, self._direction_enu(), self.sensor.range_m)
         # Kapoutsis 2015, eq. 24: the noise is a share of the distance.
         self.reading_m = distance_m * max(0.0, 1.0 + self.sensor.noise_fraction * float(self._stream.standard_normal()))

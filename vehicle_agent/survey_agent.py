@@ -22,7 +22,7 @@ from vehicle_agent.mission.talk import PACKETS_PER_STATUS, packet_of
 from vehicle_agent.mission.tasks import MapTask
 from vehicle_agent.mission.vehicles import SingleBeamSensor
 from vehicle_agent.planning.mapping.choose import make_mapping_planner
-from vehicle_agent.ports import Action, GoTo, Inbox, Outbox, VehicleState
+from vehicle_agent.ports import Action, GoTo, Inbox, Outbox, Sounding, VehicleState
 from vehicle_agent.wire.keys import TOPIC_BY_NAME
 from vehicle_agent.wire.messages import AnyMessage, LandmarkDigest, Landmarks, Stage
 
@@ -68,7 +68,7 @@ class SurveyAgent(VehicleAgent):
         if inbox.state is not None:
             self._drift.watch(max(self._now_s, now_s), inbox.state)
             inbox.state = _shifted(inbox.state, self._drift.correction_m)
-            self._sound(inbox.state)
+            self._sound(inbox.state.sounding)
         self.messages_dropped += self.refused
         outbox = super().step(now_s, inbox)
         self._modem.put(outbox.messages)
@@ -105,15 +105,16 @@ class SurveyAgent(VehicleAgent):
             sd_m = max(packet.position_sd_cm / 100.0, LEAST_TEAMMATE_SD_M)
             self._drift.hear_range(measured.range_m, packet.stamp_ms, to_metres(packet.position_cm), sd_m)
 
-    def _sound(self, state: VehicleState) -> None:
-        """Fold a new reading of the echo sounder in, taken under way."""
-        sounding = state.sounding
+    def _sound(self, sounding: Sounding | None) -> None:
+        """Fold a new reading of the echo sounder in, taken under way, where the vehicle was at that moment."""
         if sounding is None or sounding.range_m is None or self.stage not in SOUNDING_STAGES:
             return
         if sounding.stamp_ms < self._next_reading_ms:
             return
         self._next_reading_ms = round(sounding.stamp_ms + self._between_readings_ms)
-        here, sealed = self._share.sound(state.position_enu_m, sounding.range_m, self._drift.unfixed_s)
+        here, sealed = self._share.sound(
+            self._drift.place_at(sounding.stamp_ms), sounding.range_m, self._drift.unfixed_s
+        )
         if len(here):
             self._talk.sounded(here, sealed)
 

@@ -53,3 +53,14 @@ def test_only_a_stay_at_the_surface_gives_a_fix() -> None:
     assert drift.has_fix
     drift.watch(110.0, DEEP)
     assert drift.unfixed_s == pytest.approx(110.0 - 101.0 - FIX_TAKES_S, abs=2.0)
+
+
+def test_a_place_is_told_for_a_moment_between_two_states() -> None:
+    drift = Drift(0.0, 10.0, 0.2)
+    for second in range(4):
+        place = (1.5 * second, 0.0, -3.0)
+        drift.watch(float(second), VehicleState(stamp_ms=1_000 * second, position_enu_m=place))
+    assert drift.place_at(1_400) == pytest.approx((2.1, 0.0, -3.0))
+    assert drift.place_at(2_000) == pytest.approx((3.0, 0.0, -3.0))
+    assert drift.place_at(9_000) == pytest.approx((4.5, 0.0, -3.0))
+    assert drift.place_at(-500) == pytest.approx((0.0, 0.0, -3.0))

@@ -110,3 +110,41 @@ def test_long_texts_are_put_together_and_broken_ones_told_as_far_as_they_came() 
     assert texts.fold({"text": "end", "id": 7, "chunk_seq": 2}) == "a" * 50 + "b" * 50 + "end"
     assert texts.fold({"text": "c" * 50, "id": 8, "chunk_seq": 0}) is None
     assert texts.fold({"text": "late", "id": 9, "chunk_seq": 1}) == "late"
+
+
+def distance(boot_ms: int, told_cm: int) -> dict[str, Any]:
+    limits = {"min_distance": 50, "max_distance": 4_000, "orientation": 25}
+    return {"time_boot_ms": boot_ms, "current_distance": told_cm, **limits}
+
+
+def test_a_distance_counts_from_when_it_is_told_first() -> None:
+    fold = TelemetryFold(Datum(36.57, -84.27), COPTER.flight_mode, sounding_period_s=1.0)
+    fold.fold("SYSTEM_TIME", system_time(0, UNIX_MS))
+    stamps = []
+    for boot_ms, told_cm in (
+        (200, 700),
+        (400, 700),
+        (600, 700),
+        (800, 731),
+        (1_000, 731),
+        (1_800, 9_999),
+        (2_000, 9_999),
+    ):
+        fold.fold("DISTANCE_SENSOR", distance(boot_ms, told_cm))
+        sounding = state_of(fold, boot_ms + 100).sounding
+        assert sounding is not None
+        assert sounding.range_m == (None if told_cm > 4_000 else pytest.approx(told_cm / 100.0))
+        stamps.append(sounding.stamp_ms - UNIX_MS)
+    assert stamps == [200, 200, 200, 800, 800, 1_800, 1_800]
+
+
+def test_the_same_distance_for_long_is_a_new_reading() -> None:
+    fold = TelemetryFold(Datum(36.57, -84.27), COPTER.flight_mode, sounding_period_s=1.0)
+    fold.fold("SYSTEM_TIME", system_time(0, UNIX_MS))
+    stamps = set()
+    for boot_ms in range(200, 4_000, 200):
+        fold.fold("DISTANCE_SENSOR", distance(boot_ms, 700))
+        sounding = state_of(fold, boot_ms + 100).sounding
+        assert sounding is not None
+        stamps.add(sounding.stamp_ms - UNIX_MS)
+    assert sorted(stamps) == [200, 1_800, 3_400]

@@ -11,10 +11,11 @@ from tests.fakes.map_missions import map_plan
 from vehicle_agent.behaviour.depth_navigator import DepthNavigator
 from vehicle_agent.behaviour.guide import Surroundings
 from vehicle_agent.domain.frames import Point
+from vehicle_agent.domain.grid import IndexArray
 from vehicle_agent.mission.tasks import MapTask
-from vehicle_agent.ports import Inbox, TeammateRange, VehicleState
+from vehicle_agent.ports import Inbox, Sounding, TeammateRange, VehicleState
 from vehicle_agent.survey_agent import SurveyAgent
-from vehicle_agent.wire.messages import Landmarks
+from vehicle_agent.wire.messages import Landmarks, Stage
 
 ASTRAY_M = 12.0
 """So far east of the truth the autopilot reckons itself to be."""
@@ -113,3 +114,25 @@ def test_a_target_is_sent_again_when_the_position_is_mended_under_way() -> None:
     assert math.hypot(*dive.agent._drift.correction_m) > 1.0
     assert navigator.go_home(around(), (5.0, 5.0, 0.0)) == target
     assert navigator.go_home(around(), (5.0, 5.0, 0.0)) is None
+
+
+def test_a_sounding_counts_where_it_was_taken_and_not_where_it_is_heard() -> None:
+    plan = map_plan()
+    agent = SurveyAgent(plan, 0, 5, np.random.default_rng(0))
+    agent._flight.stage = Stage.WORKING
+    up_m = plan.mission.simulation.water_level_m - 2.0
+    heard: list[tuple[Point, float]] = []
+    share, sound = agent._share, agent._share.sound
+
+    def listen(position_enu_m: Point, range_m: float, unfixed_s: float) -> tuple[IndexArray, IndexArray]:
+        heard.append((position_enu_m, range_m))
+        return sound(position_enu_m, range_m, unfixed_s)
+
+    share.sound = listen  # type: ignore[method-assign]
+    for tick in range(3):
+        now_ms = START_MS + 200 * tick
+        reading = Sounding(START_MS + 300, 7.0) if tick == 2 else None
+        state = VehicleState(stamp_ms=now_ms, position_enu_m=(20.0 + 3.0 * tick, 20.0, up_m), sounding=reading)
+        agent._drift.watch(now_ms / 1_000, state)
+        agent._sound(state.sounding)
+    assert heard == [(pytest.approx((24.5, 20.0, up_m)), 7.0)]

@@ -19,6 +19,8 @@ CLOCK_STEP_MS = 50
 """Differences between Unix time and boot time smaller than this are rounding, not a new clock."""
 DOWNWARDS = 25
 """MAV_SENSOR_ROTATION_PITCH_270: straight down through the keel."""
+ALIKE_PERIODS = 1.5
+"""A distance that stays the same for so many periods of its sensor has been measured again."""
 REBOOT_MS = 1_000
 """A boot time that falls back by more than this is another boot, not reordering."""
 
@@ -46,6 +48,12 @@ class TelemetryFold:
 
     There is no state before the autopilot knows both the time of day and where it is.
 
+    Parameters
+    ----------
+    sounding_period_s
+        Between two readings of its downward beam. An autopilot tells its last reading whenever it is asked and not when
+        it was taken: so it is asked more often, and a distance counts from when it is told first.
+
     Attributes
     ----------
     time_ms
@@ -56,7 +64,7 @@ class TelemetryFold:
         Set by the owner when another component speaks with the agent's system id; sticks.
     """
 
-    def __init__(self, datum: Datum, flight_mode: Callable[[int], FlightMode]) -> None:
+    def __init__(self, datum: Datum, flight_mode: Callable[[int], FlightMode], sounding_period_s: float = 0.0) -> None:
         self.time_ms: int | None = None
         self.home_enu_m: Point | None = None
         self.rival_controller = False
@@ -70,6 +78,8 @@ class TelemetryFold:
         self._battery_fraction: float | None = None
         self._prearm_passed = False
         self._sounding: Sounding | None = None
+        self._told_cm = -1
+        self._same_for_ms = ALIKE_PERIODS * 1_000.0 * sounding_period_s
         self._has_battery_status = False
 
     def fold(self, name: str, fields: Fields) -> VehicleState | None:
@@ -99,10 +109,12 @@ class TelemetryFold:
         """Take a distance in; one at or beyond the sensor's limits measures nothing."""
         if self._unix_minus_boot_ms is None:
             return
-        within = fields["min_distance"] <= fields["current_distance"] <= fields["max_distance"]
-        self._sounding = Sounding(
-            fields["time_boot_ms"] + self._unix_minus_boot_ms, fields["current_distance"] * 0.01 if within else None
-        )
+        told_cm, stamp_ms = fields["current_distance"], fields["time_boot_ms"] + self._unix_minus_boot_ms
+        known = self._sounding
+        if known is not None and told_cm == self._told_cm and 0 <= stamp_ms - known.stamp_ms < self._same_for_ms:
+            return  # the last reading, told again
+        within = fields["min_distance"] <= told_cm <= fields["max_distance"]
+        self._told_cm, self._sounding = told_cm, Sounding(stamp_ms, told_cm * 0.01 if within else None)
 
     def _fold_health(self, fields: Fields) -> None:
         wanted = fields["onboard_control_sensors_present"] & fields["onboard_control_sensors_enabled"]

@@ -48,6 +48,8 @@ STREAMS: Mapping[str, tuple[int, float]] = MappingProxyType(
 )
 """Message id and rate in Hz of vehicle time of what is asked to be streamed."""
 DISTANCE_SENSOR_ID = 132
+ASKED_PER_READING = 5.0
+"""How often a beam is asked for in its period: so late its readings are known at most, as a share of it."""
 HOME_POSITION_ID = 242
 STREAM_SILENCE_S = 2.0
 """A stream silent for this long (wall time) is asked for again, as often."""
@@ -115,8 +117,8 @@ class MavsdkAutopilot:
         self._system: System | None = None
         self._streams = dict(STREAMS)
         if sounding_period_s is not None:
-            self._streams["DISTANCE_SENSOR"] = (DISTANCE_SENSOR_ID, 1.0 / sounding_period_s)
-        self._telemetry = TelemetryFold(datum, firmware.flight_mode)
+            self._streams["DISTANCE_SENSOR"] = (DISTANCE_SENSOR_ID, ASKED_PER_READING / sounding_period_s)
+        self._telemetry = TelemetryFold(datum, firmware.flight_mode, sounding_period_s or 0.0)
         self._texts = StatusTexts()
         self._desk = OrderDesk(lambda order: ardupilot.steps_of(order, datum, firmware), self._send_request)
         self._heard_s: dict[str, float] = {}

@@ -89,6 +89,22 @@ class Drift:
         while self._places[0][0] < state.stamp_ms - PLACES_KEPT_MS:
             self._places.popleft()
 
+    def place_at(self, stamp_ms: int) -> Point:
+        """Where the vehicle was at a time of its own clock, by what is known now; ENU metres.
+
+        Between two states it went straight; before what is remembered and after the last state it stood.
+        """
+        after = next((number for number, (ms, _) in enumerate(self._places) if ms >= stamp_ms), len(self._places) - 1)
+        after_ms, place = self._places[after]
+        before_ms, before = self._places[max(0, after - 1)]
+        if before_ms < stamp_ms < after_ms:
+            share = (stamp_ms - before_ms) / (after_ms - before_ms)
+            east, north, up = (a + share * (b - a) for a, b in zip(before, place, strict=True))
+            place = (east, north, up)
+        elif stamp_ms <= before_ms:
+            place = before
+        return (place[0] + self.correction_m[0], place[1] + self.correction_m[1], place[2])
+
     def hear_range(self, range_m: float, stamp_ms: int, teammate_enu_m: Point, teammate_sd_m: float) -> bool:
         """Fuse a range to a teammate, taken at a time at which it told where it was; whether that told anything."""
         if not self._places:
