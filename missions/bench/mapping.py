@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from missions.bench.mapping_methods import ABLATION, DEFAULT, METHODS, exchange_params, make_mover
+from missions.bench.mapping_methods import ABLATION, DEFAULT, METHODS, exchange_for, make_mover
 from missions.bench.mapping_run import MappingRun, Team, Trouble, run_team
 from missions.bench.mapping_world import MAPS, Setup, make_world
 from missions.bench.pool import measure_all
@@ -97,7 +97,7 @@ def measure(case: Case) -> tuple[Case, Outcome]:
         setup = Setup(capacity=ROBUST_CAPACITY)
         trouble = Trouble(ROBUST_LOSS, dead_vehicle=case.vehicles - 1, dead_at=setup.steps // 2)
         method = DEFAULT
-    team = Team(world, setup, case.vehicles, exchange_params(setup, world, method), trouble, _rng(case, 0))
+    team = Team(world, setup, case.vehicles, exchange_for(method, setup, world), trouble, _rng(case, 0))
     mover = make_mover(method, case.vehicles, len(world.layout), setup, _rng(case, 1))
     run = run_team(team, mover, setup.steps)
     _export(case, run)

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from missions.bench.mapping_kernels import try_out
+from missions.bench.mapping_radio import Exchange, NeededExchange, PaperExchange
 from missions.bench.mapping_run import Mover, Team, point, timed
 from missions.bench.mapping_world import Setup, World
-from vehicle_agent.domain.frames import FloatArray, Point
+from vehicle_agent.domain.frames import FloatArray
 from vehicle_agent.domain.grid import IndexArray
+from vehicle_agent.domain.landmarks import LandmarkMap
 from vehicle_agent.domain.polygon import BoolArray
-from vehicle_agent.planning.interface import Teammate, Waypoint
+from vehicle_agent.planning.interface import Waypoint
 from vehicle_agent.planning.mapping.cao_mapping import MappingCao, MappingCaoParams
 from vehicle_agent.planning.mapping.default import ViewpointPlanner
 from vehicle_agent.planning.mapping.exchange import ExchangeParams
@@ -28,6 +30,8 @@ TRIALS = {"osarses-0": 0, "osarses-5": 5, "osarses-50": 50}
 METHODS = (CAO, DEFAULT, *TRIALS)
 CAO_NEARNESS, OSARSES_NEARNESS = 0.03, 0.7
 """K_2 as served each best, over K_1 for one vehicle: a linear fit climbs counts better than sums of distances."""
+URGENT_WITHIN = 2.0 / 3.0
+"""Of the visibility threshold: what lies so far from a listener is 1/e as urgent to tell it as what lies under it."""
 ABLATION_TRIALS = 50
 ABLATION = {f"ablation {terms}": terms for terms in TERMS}
 """Every step of the objective's making, climbed by osarses-50 as in the paper's table 1 and figure 2."""
@@ -45,10 +49,15 @@ def make_mover(method: str, vehicles: int, landmarks: int, setup: Setup, rng: np
     return OsarsesServer(objective, Osarses(TRIALS.get(method, ABLATION_TRIALS), setup.reach_m, rng))
 
 
-def exchange_params(setup: Setup, world: World, method: str) -> ExchangeParams:
-    """Section 3.4 for a setup: near duplicates are those nearer than half a spacing; the default chooses by itself."""
-    near_m = 0.5 * world.layout.spacing_m
-    return ExchangeParams(setup.capacity, setup.reach_m, near_m, keeps_backlog=method == DEFAULT, tellings=1)
+def exchange_for(method: str, setup: Setup, world: World) -> Callable[[LandmarkMap], Exchange]:
+    """How a method's vehicles tell each other of landmarks, given each one's map.
+
+    Section 3.4, near duplicates being those nearer than half a spacing; the default tells what listeners need.
+    """
+    if method == DEFAULT:
+        return lambda known: NeededExchange(known, setup.capacity, URGENT_WITHIN * setup.range_m)
+    params = ExchangeParams(setup.capacity, setup.reach_m, 0.5 * world.layout.spacing_m)
+    return lambda known: PaperExchange(known, params)
 
 
 class _Server:
@@ -143,25 +152,20 @@ class Fleet:
 
     def __init__(self, vehicles: int, setup: Setup) -> None:
         self._planners = [ViewpointPlanner(vehicles) for _ in range(vehicles)]
-        self._goals: list[Point | None] = [None] * vehicles
         self._band = HeightBand(setup.clearance_m, setup.ceiling_m)
 
     def move(self, team: Team) -> Sequence[float]:
         took = []
         for index in np.flatnonzero(team.present).tolist():
-            heard = tuple(
-                Teammate(other, point(team.positions[other]), self._goals[other])
-                for other in np.flatnonzero(team.heard[index]).tolist()
-            )
             situation = MappingSituation(
                 index, point(team.positions[index]), team.maps[index], team.setup.sensor, self._band,
                 team.setup.reach_m, lambda ends, index=index: team.move_allowed(index, ends),  # type: ignore[misc]
-                heard, team.setup.radio_range_m,
+                team.teammates(team.heard[index]), team.setup.radio_range_m, said_done=team.said_done(index),
             )  # fmt: skip
             began_s = time.perf_counter()
             decision = self._planners[index].ask(situation)
             took.append(timed(began_s))
             if isinstance(decision, Waypoint):
                 team.positions[index] = decision.position_enu_m
-                self._goals[index] = decision.goal_enu_m
+                team.goals[index] = decision.goal_enu_m
         return took

@@ -3,30 +3,27 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 
 from missions.bench.mapping_kernels import all_linked, allowed
+from missions.bench.mapping_radio import Exchange, message_of
 from missions.bench.mapping_world import Setup, World
 from vehicle_agent.domain.frames import FloatArray, Point
 from vehicle_agent.domain.grid import IndexArray
-from vehicle_agent.domain.landmark_records import LandmarkRecords
 from vehicle_agent.domain.landmarks import LandmarkMap
 from vehicle_agent.domain.polygon import BoolArray
 from vehicle_agent.domain.range_sensing import heights_from_ranges
-from vehicle_agent.planning.mapping.exchange import ExchangeParams, LandmarkExchange
+from vehicle_agent.planning.interface import Teammate
+from vehicle_agent.planning.mapping.need_exchange import Packet
 from vehicle_agent.wire.codec import Codec
-from vehicle_agent.wire.landmark_blob import pack_landmarks
-from vehicle_agent.wire.messages import Landmarks
 
 FIRST_HEIGHT_M = 0.1
 """How far above the surface vehicles start."""
 START_SPACING_M = 0.12
-CENTIMETRES = 5_000.0
-"""On the wire the cube is 100 m wide."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,14 +71,15 @@ class Team:
     """A team's bodies, sensors, maps and radio."""
 
     def __init__(
-        self, world: World, setup: Setup, vehicles: int, exchange: ExchangeParams, trouble: Trouble,
-        rng: np.random.Generator,
+        self, world: World, setup: Setup, vehicles: int, exchange_of: Callable[[LandmarkMap], Exchange],
+        trouble: Trouble, rng: np.random.Generator,
     ) -> None:  # fmt: skip
         self.world, self.setup, self.vehicles = world, setup, vehicles
         self._trouble, self._rng = trouble, rng
         self.maps = [LandmarkMap(world.layout, setup.landmark_params, vehicles, index) for index in range(vehicles)]
-        self._exchanges = [LandmarkExchange(known, exchange) for known in self.maps]
+        self._exchanges = [exchange_of(known) for known in self.maps]
         self.positions = start_positions(world, vehicles)
+        self.goals: list[Point | None] = [None] * vehicles
         self.present: BoolArray = np.ones(vehicles, dtype=np.bool_)
         self.accurate: BoolArray = np.zeros(len(world.layout), dtype=np.bool_)
         self.ever_seen: BoolArray = np.zeros(len(world.layout), dtype=np.bool_)
@@ -157,25 +155,29 @@ class Team:
         self._exchanges[index].sensed(self.visible[index], sealed)
 
     def _tell(self) -> None:
-        packets: dict[int, LandmarkRecords] = {}
+        packets: dict[int, Packet] = {}
         for index in np.flatnonzero(self.present).tolist():
-            others = [point(place) for place in self.positions[self.in_radio(index)]]
-            packets[index] = self._exchanges[index].packet(point(self.positions[index]), others)
-            self.bytes_sent += len(self._codec.encode(self._message(index, packets[index])))
+            place = point(self.positions[index])
+            packets[index] = self._exchanges[index].packet(place, self.teammates(self.in_radio(index)))
+            message = message_of(index, self.steps, place, self.goals[index], packets[index])
+            self.bytes_sent += len(self._codec.encode(message))
         for index in packets:
             self.heard[index] = self.in_radio(index)
             if self._trouble.loss > 0.0:
                 self.heard[index] &= self._rng.random(self.vehicles) >= self._trouble.loss
-            heard = [packets[other] for other in np.flatnonzero(self.heard[index]).tolist()]
-            taken = self._exchanges[index].sieve(heard, point(self.positions[index]))
+            heard = {other: packets[other] for other in np.flatnonzero(self.heard[index]).tolist()}
+            taken = self._exchanges[index].take(heard, point(self.positions[index]))
             self.accurate[self.maps[index].merge(taken).sealed] = True
 
-    def _message(self, index: int, records: LandmarkRecords) -> Landmarks:
-        east, north, up = (round(coordinate * CENTIMETRES) for coordinate in point(self.positions[index]))
-        return Landmarks(
-            sender=f"v{index}", boot_id=0, sequence=self.steps, stamp_ms=1_000 * self.steps,
-            position_cm=(east, north, up), position_sd_cm=0, records=pack_landmarks(records),
-        )  # fmt: skip
+    def teammates(self, known: BoolArray) -> tuple[Teammate, ...]:
+        """Those of the team that are `known`, (vehicles,), where they are and where they go."""
+        return tuple(
+            Teammate(other, point(self.positions[other]), self.goals[other]) for other in np.flatnonzero(known).tolist()
+        )
+
+    def said_done(self, index: int) -> BoolArray | None:
+        """What a vehicle was told to be done without more."""
+        return self._exchanges[index].said_done
 
     # Figures
 

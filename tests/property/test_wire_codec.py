@@ -33,6 +33,7 @@ from vehicle_agent.wire.messages import (
     Status,
     StreamHeld,
     Verb,
+    WorkNote,
     Zone,
 )
 
@@ -174,6 +175,9 @@ def samples() -> list[AnyMessage]:
         Scan(**header, cells=bytes(100)),
         BodyReport(**header, vehicle="merlin", position_cm=here, armed=True, has_flown=True, crashed=False, mode="rtl"),
         Landmarks(**header, position_cm=here, position_sd_cm=120, records=bytes(60)),
+        Landmarks(
+            **header, position_cm=here, position_sd_cm=0, records=b"", note=WorkNote(here, 2**32 - 1, bytes(32))
+        ),
         LandmarkDigest(**header, checksums=(1, 2**32 - 1)),
     ]  # fmt: skip
 

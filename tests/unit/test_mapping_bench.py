@@ -8,7 +8,7 @@ from click.testing import CliRunner
 
 from missions.bench.cli import bench
 from missions.bench.mapping import KEYS, ROBUST, Outcome, cases_of, disturbance, rows_of, times_by_done
-from missions.bench.mapping_methods import ABLATION, METHODS, exchange_params, make_mover
+from missions.bench.mapping_methods import ABLATION, METHODS, exchange_for, make_mover
 from missions.bench.mapping_run import MappingRun, Team, Trouble, run_team
 from missions.bench.mapping_world import MAPS, Setup, World, make_world
 
@@ -17,7 +17,7 @@ SETUP = Setup(steps=12)
 
 def run(world: World, method: str, vehicles: int, trouble: Trouble | None = None, seed: int = 5) -> MappingRun:
     sensing, dice = (np.random.default_rng([seed, purpose]) for purpose in (0, 1))
-    team = Team(world, SETUP, vehicles, exchange_params(SETUP, world, method), trouble or Trouble(), sensing)
+    team = Team(world, SETUP, vehicles, exchange_for(method, SETUP, world), trouble or Trouble(), sensing)
     return run_team(team, make_mover(method, vehicles, len(world.layout), SETUP, dice), SETUP.steps)
 
 
@@ -53,7 +53,7 @@ def test_the_same_seed_gives_the_same_run() -> None:
 
 def test_a_vehicle_that_starts_alone_may_move() -> None:
     world = make_world("ridge", few=True)
-    team = Team(world, SETUP, 2, exchange_params(SETUP, world, "default"), Trouble(), np.random.default_rng(1))
+    team = Team(world, SETUP, 2, exchange_for("default", SETUP, world), Trouble(), np.random.default_rng(1))
     team.positions[1] = (0.9, 0.9, 0.9)
     result = run_team(team, make_mover("default", 2, len(world.layout), SETUP, np.random.default_rng(2)), SETUP.steps)
     assert np.all(np.any(result.positions[-1] != result.positions[0], axis=1))
@@ -95,7 +95,7 @@ def test_what_trouble_costs_and_what_a_decision_takes_are_told() -> None:
 def test_what_a_vehicle_hears_is_what_arrives() -> None:
     world = make_world("ridge", few=True)
     for loss, heard in ((0.0, 6), (1.0, 0)):
-        team = Team(world, SETUP, 3, exchange_params(SETUP, world, "default"), Trouble(loss), np.random.default_rng(1))
+        team = Team(world, SETUP, 3, exchange_for("default", SETUP, world), Trouble(loss), np.random.default_rng(1))
         team.sense_and_tell()
         assert team.heard.sum() == heard
 

@@ -15,6 +15,7 @@ from vehicle_agent.domain.range_sensing import RangeSensor
 from vehicle_agent.planning.interface import Finished, Teammate, Wait, Waypoint
 from vehicle_agent.planning.mapping.default import ViewpointPlanner
 from vehicle_agent.planning.mapping.interface import HeightBand, MappingSituation
+from vehicle_agent.planning.mapping.work_sites import ViewpointParams
 
 SENSOR = RangeSensor(range_m=30.0, noise_share=0.05)
 PARAMS = LandmarkParams(accurate_sd_m=1.0, best_sd_m=0.25, lowest_m=-50.0, highest_m=50.0)
@@ -127,7 +128,24 @@ def test_it_is_finished_when_all_is_accurate_or_given_up() -> None:
     assert isinstance(vehicle.ask([]), Finished)
 
 
-def test_a_follower_keeps_where_it_hears_its_leader() -> None:
+def test_what_teammates_called_done_is_left_until_nothing_else_is_open() -> None:
+    west = LAYOUT.positions_en_m[:, 0] < 40.0
+    vehicle = team_of(1)[0]
+    vehicle.position = (38.0, 40.0, 30.0)
+    for said_done, eastwards in ((west, True), (~west, False), (np.ones_like(west), None)):
+        planner = ViewpointPlanner(1)
+        decision = planner.ask(
+            MappingSituation(
+                0, vehicle.position, vehicle.known, SENSOR, BAND, REACH_M, lambda ends: np.ones(len(ends), np.bool_),
+                said_done=said_done,
+            )
+        )  # fmt: skip
+        assert isinstance(decision, Waypoint)
+        assert decision.goal_enu_m is not None
+        assert eastwards is None or (decision.goal_enu_m[0] > 40.0) == eastwards
+
+
+def test_a_follower_keeps_to_its_leader() -> None:
     leader, follower = team_of(2)
     leader.position, leader.goal = (60.0, 60.0, 20.0), (70.0, 70.0, 20.0)
     follower.position = (35.0, 45.0, 30.0)
@@ -135,11 +153,12 @@ def test_a_follower_keeps_where_it_hears_its_leader() -> None:
     decision = follower.ask([leader])
     assert isinstance(decision, Waypoint)
     assert decision.goal_enu_m is not None
-    assert math.dist(decision.goal_enu_m, leader.goal) <= RADIO_M
+    assert math.dist(decision.goal_enu_m, leader.goal) <= ViewpointParams().company * RADIO_M
 
 
 def test_a_vehicle_yields_to_a_mate_that_follows_somebody_unheard() -> None:
     """Else both pull the mate between them, and all three stand."""
+    together_m = ViewpointParams().company * RADIO_M
     for index, yields in ((1, True), (0, False)):
         vehicle, mate = Vehicle(index, (70.0, 70.0, 20.0), 3), Vehicle(2, (50.0, 45.0, 20.0), 3)
         mate.goal = (10.0, 10.0, 20.0)
@@ -150,17 +169,17 @@ def test_a_vehicle_yields_to_a_mate_that_follows_somebody_unheard() -> None:
             assert isinstance(decision, Waypoint)
             assert decision.goal_enu_m is not None
             goals.append(decision.goal_enu_m)
-        assert math.dist(goals[0], mate.goal) > RADIO_M
-        assert any(math.dist(goal, mate.goal) <= RADIO_M for goal in goals) == yields
+        assert math.dist(goals[0], mate.goal) > together_m
+        assert any(math.dist(goal, mate.goal) <= together_m for goal in goals) == yields
 
 
 def test_beside_its_way_a_vehicle_leaves_to_a_teammate_what_is_nearer_to_that() -> None:
     alone, accompanied = team_of(1)[0], team_of(2)[0]
     ends = []
-    for vehicle, others in ((alone, []), (accompanied, [Vehicle(1, (48.0, 10.0, 20.0), 2)])):
+    for vehicle, others in ((alone, []), (accompanied, [Vehicle(1, (32.0, 10.0, 20.0), 2)])):
         vehicle.position = (40.0, 10.0, 20.0)
         vehicle.sense()
         decision = vehicle.ask(others)
         assert isinstance(decision, Waypoint)
         ends.append(decision.position_enu_m)
-    assert ends[1][0] < ends[0][0] - 1.0  # farther from the teammate in the east
+    assert ends[1][0] > ends[0][0] + 1.0  # farther from the teammate in the west

@@ -259,6 +259,15 @@ class Orders(Message, frozen=True, tag=11, kw_only=True):
     """0: as the mission says."""
 
 
+class WorkNote(msgspec.Struct, array_like=True, frozen=True):
+    """Where the sender is going, and which landmarks are done around a place, without their heights."""
+
+    goal_cm: PositionCm | None = None
+    done_centre: U32 = 0
+    done_bits: Annotated[bytes, Meta(max_length=32)] = b""
+    """See `vehicle_agent.domain.done_sketch`; empty for no sketch."""
+
+
 class Landmarks(Message, frozen=True, tag=12, kw_only=True):
     """What the sender tells of landmarks, and where it is (Kapoutsis 2015, section 3.4)."""
 
@@ -267,6 +276,7 @@ class Landmarks(Message, frozen=True, tag=12, kw_only=True):
     """How well it knows its position (c_R): one standard deviation."""
     records: Annotated[bytes, Meta(max_length=MAX_BLOB_BYTES)]
     """Packed records, see `vehicle_agent.wire.landmark_blob`."""
+    note: WorkNote | None = None
 
 
 class LandmarkDigest(Message, frozen=True, tag=13, kw_only=True):

@@ -75,7 +75,7 @@ class ViewpointPlanner:
                 usable[sites.lattice.cell_of(mate.goal_enu_m[0], mate.goal_enu_m[1])] = False
         if leader is not None:
             anchor = np.array(leader.goal_enu_m if leader.goal_enu_m is not None else leader.position_enu_m)
-            near = np.linalg.norm(sites.viewpoints - anchor, axis=1) <= 0.8 * situation.radio_range_m
+            near = np.linalg.norm(sites.viewpoints - anchor, axis=1) <= self._params.company * situation.radio_range_m
             if not np.any(usable & near):
                 return _point(anchor), f"keeps near vehicle {leader.index}"
             usable &= near
@@ -127,7 +127,7 @@ class ViewpointPlanner:
         assert self._sites is not None
         own = None if self._goal is None else self._sites.viewpoints[self._goal]
         goals = [mate.goal_enu_m for mate in mates if mate.goal_enu_m is not None]
-        away = own is not None and any(math.dist(goal, own) > radio_range_m for goal in goals)
+        away = own is not None and any(math.dist(goal, own) > self._params.company * radio_range_m for goal in goals)
         self._pulled = self._pulled + 1 if away else 0
         if self._pulled < _PULLED_STEPS:
             return None

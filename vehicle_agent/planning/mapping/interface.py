@@ -67,6 +67,8 @@ class MappingSituation:
         Seconds since its last position fix.
     now_s
         The vehicle's time.
+    said_done
+        (N,) bool, landmarks that teammates called done without telling their heights; None when nobody can.
     """
 
     index: int
@@ -80,6 +82,7 @@ class MappingSituation:
     radio_range_m: float = math.inf
     unfixed_s: float = 0.0
     now_s: float = 0.0
+    said_done: BoolArray | None = None
 
 
 class MappingPlanner(Protocol):

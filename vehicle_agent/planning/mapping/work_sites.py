@@ -40,6 +40,9 @@ class ViewpointParams:
         Work that far ahead counts 1/e of work done at once.
     edge_bonus
         How much more a cell counts that is surrounded by finished ones, so that no islands are left.
+    each_site
+        What a cell counts beside its landmarks, in those of a full one: the way to come back to it later is as long
+        for one landmark as for many.
     visits_ahead
         Sites looked ahead.
     choices
@@ -48,15 +51,20 @@ class ViewpointParams:
         How much a cell in another group's part counts.
     theirs
         How much a landmark counts for the next leg that a teammate is nearer to, who will see to it.
+    company
+        How far a follower's goal may be from its leader's, over the radio range. Legs keep the link by themselves; a
+        goal beyond it lets vehicles work side by side, each where its own looks suffice.
     """
 
     cell_share: float = 0.75
     horizon_steps: float = 15.0
     edge_bonus: float = 2.0
+    each_site: float = 3.0
     visits_ahead: int = 4
     choices: int = 5
     elsewhere: float = 0.1
     theirs: float = 0.5
+    company: float = 1.3
 
 
 class WorkSites:
@@ -90,9 +98,11 @@ class WorkSites:
     def update(self, situation: MappingSituation) -> None:
         """Look again at the cells whose landmarks have changed."""
         known = situation.landmarks
-        information = known.information
+        information, self._open = known.information, known.open
+        if situation.said_done is not None and np.any(self._open & ~situation.said_done):
+            self._open &= ~situation.said_done
+            information = np.where(situation.said_done, np.maximum(information, 1.0), information)
         changed = information != self._information
-        self._open = known.open
         self._learn(changed)
         touched = self.lattice.home[changed]
         if len(touched) == 0:
@@ -135,7 +145,9 @@ class WorkSites:
             for j in (-1, 0, 1)
             if i or j
         )
-        values: FloatArray = self.work * (1.0 + self._params.edge_bonus * (1.0 - np.asarray(around).ravel() / 8.0))
+        secluded = 1.0 - np.asarray(around).ravel() / 8.0
+        again = self._params.each_site * len(self._places) / lattice.sites
+        values: FloatArray = (self.work + again) * (self.work > 0) * (1.0 + self._params.edge_bonus * secluded)
         return values
 
     def best_first(
