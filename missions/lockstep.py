@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -162,6 +162,7 @@ def simulate(
     plan: MissionPlan,
     world: World | None = None,
     progress: Callable[[float, float], None] | None = None,
+    watch: Callable[[float, Sequence[TeamMap]], None] | None = None,
 ) -> LockstepResult:
     """Fly a mission in lock-step and return what it left behind.
 
@@ -173,6 +174,8 @@ def simulate(
         The true terrain; built from the plan when left out.
     progress
         Called about once per simulated second with the simulated seconds and the share of the reachable surface seen.
+    watch
+        Called as often with the simulated seconds and each vehicle's map.
     """
     mission = plan.mission
     world = world or World.of(plan)
@@ -190,7 +193,7 @@ def simulate(
     range_rng = np.random.default_rng(np.random.SeedSequence(mission.seed, spawn_key=(RANGES_KEY,)))
     ranging = AcousticRanges(fleet, range_rng)
     codecs = [Codec() for _ in agents]
-    record = _Record(fleet, reachable)
+    record = _Record(fleet, reachable, progress, watch)
     limit_s = mission.stop.time_limit_s + GRACE_S
     while not all(agent.finished for agent in agents) and fleet.time_s < limit_s:
         fleet.step(TICK_S)
@@ -215,7 +218,7 @@ def simulate(
                 ranging.sent(index, message)
                 if isinstance(message, Event):
                     record.events.append((round(fleet.time_s, 3), agent.name, message.code, message.text))
-        record.tick([agent.map for agent in agents], progress)
+        record.tick([agent.map for agent in agents])
     team_map = merged([agent.map for agent in agents])
     return LockstepResult(
         plan=plan,
@@ -242,8 +245,15 @@ def simulate(
 class _Record:
     """Samples the run once per simulated second."""
 
-    def __init__(self, fleet: Fleet, reachable: np.ndarray[Any, np.dtype[np.bool_]]) -> None:
+    def __init__(
+        self,
+        fleet: Fleet,
+        reachable: np.ndarray[Any, np.dtype[np.bool_]],
+        progress: Callable[[float, float], None] | None,
+        watch: Callable[[float, Sequence[TeamMap]], None] | None,
+    ) -> None:
         self._fleet, self._reachable = fleet, reachable
+        self._progress, self._watch = progress, watch
         self._due_s = 0.0
         self.times_s: list[float] = []
         self.positions: list[list[tuple[float, float, float]]] = []
@@ -251,7 +261,7 @@ class _Record:
         self.worked_at_enu_m: dict[str, Point] = {}
         self.events: list[tuple[float, str, str, str]] = []
 
-    def tick(self, maps: list[TeamMap], progress: Callable[[float, float], None] | None) -> None:
+    def tick(self, maps: list[TeamMap]) -> None:
         if self._fleet.time_s < self._due_s:
             return
         self._due_s = self._fleet.time_s + RECORD_PERIOD_S - 1e-6
@@ -259,5 +269,7 @@ class _Record:
         self.times_s.append(self._fleet.time_s)
         self.positions.append([vehicle.pilot.position_enu_m for vehicle in self._fleet.vehicles])
         self.observed_fractions.append(share_seen(seen, self._reachable))
-        if progress is not None:
-            progress(self._fleet.time_s, self.observed_fractions[-1])
+        if self._progress is not None:
+            self._progress(self._fleet.time_s, self.observed_fractions[-1])
+        if self._watch is not None:
+            self._watch(self._fleet.time_s, maps)

@@ -180,12 +180,14 @@ def bathymetry(seeds: int, seed: int, json_file: Path | None) -> None:
 @bench.command()
 @click.option("--seeds", type=click.IntRange(1, 1000), default=6, show_default=True, help="Flights of each kind.")
 @SEED
+@click.option("--over-time", is_flag=True, help="The map on board minute by minute, by what the radio carries.")
 @JSON
-def harbour(seeds: int, seed: int, json_file: Path | None) -> None:
+def harbour(seeds: int, seed: int, over_time: bool, json_file: Path | None) -> None:
     """Simulate the harbour survey with poorer radios and positions, and with what mends them; tell the maps' errors."""
     from missions.bench.harbour import bench_harbour
+    from missions.bench.harbour_over_time import bench_harbour_over_time
 
-    sys.exit(bench_harbour(seeds, seed, json_file))
+    sys.exit((bench_harbour_over_time if over_time else bench_harbour)(seeds, seed, json_file))
 
 
 @bench.command()
