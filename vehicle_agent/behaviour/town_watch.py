@@ -18,6 +18,7 @@ from vehicle_agent.mission.tasks import CoverTask
 from vehicle_agent.planning.interface import Finished, Wait, Waypoint
 from vehicle_agent.planning.voxel_cao import VoxelCao
 from vehicle_agent.planning.voxel_picture import VoxelPicture
+from vehicle_agent.planning.voxel_situation import VoxelSituation
 from vehicle_agent.planning.voxel_stations import VoxelStations, VoxelStationsParams
 
 DECIDE_PERIOD_S = 1.0
@@ -68,7 +69,8 @@ class TownWatch(TownNavigator):
             self._explores = False  # what teammates still find is heard of from its station, too
         self._decide_at_s = around.now_s + DECIDE_PERIOD_S
         self._arrived, self._makes_way, self.is_idle = None, False, False
-        decision = self._planner.ask(picture, self._allowed, self._area, around.state.position_enu_m, around.teammates)
+        here_enu_m = around.state.position_enu_m
+        decision = self._planner.ask(VoxelSituation(picture, self._allowed, self._area, here_enu_m, around.teammates))
         if isinstance(decision, Finished):
             return decision
         self._goal = self._planner.station_enu_m

@@ -20,25 +20,39 @@ LEAVING_EARLY = 20
 
 @dataclass(frozen=True, slots=True)
 class SettlingParams:
-    """How long a team takes, in decisions of a vehicle.
+    """How a vehicle looks for a place to stay, and how long a team takes to settle; times in decisions of a vehicle.
 
     Attributes
     ----------
-    heated
-        Decisions until the noise is gone with which stations are chosen.
+    local_scales
+        Standard deviations of proposals around the own station, in sensing ranges.
+    per_scale
+        Proposals of each.
+    far
+        Proposals around surface that no claimed station sees.
+    heat
+        Standard deviation of the first noise, as a share of what a whole view shows.
+    heated_decisions
+        Decisions until the noise is gone.
     patience
         Cold decisions without gain after which a vehicle has settled.
     hold
         Decisions without any change in the team, beyond `patience`, after which the task is done.
     """
 
-    heated: int
-    patience: int
-    hold: int
+    local_scales: tuple[float, ...] = (0.03, 0.1, 0.3)
+    per_scale: int = 8
+    far: int = 12
+    heat: float = 0.02
+    heated_decisions: int = 100
+    patience: int = 20
+    hold: int = 1
 
     def __post_init__(self) -> None:
-        if self.heated < 0 or self.patience < 1:
-            raise ValueError("heated must not be negative, patience not 0")
+        if self.per_scale < 0 or self.far < 0 or self.heated_decisions < 0:
+            raise ValueError("per_scale, far and heated_decisions must not be negative")
+        if not self.heat >= 0.0 or self.patience < 1:
+            raise ValueError("heat must not be negative, patience not 0")
 
 
 class Settling:
@@ -62,11 +76,11 @@ class Settling:
     @property
     def cooled(self) -> float:
         """0 at the beginning; 1 and more once the noise is gone."""
-        return self.decisions / max(1, self._params.heated)
+        return self.decisions / max(1, self._params.heated_decisions)
 
     @property
     def is_cold(self) -> bool:
-        return self.decisions >= self._params.heated
+        return self.decisions >= self._params.heated_decisions
 
     @property
     def looks_on(self) -> bool:
@@ -88,7 +102,7 @@ class Settling:
         team = tuple(mate.index for mate in teammates)
         changed = bool(team != self._team and self._team and not self._nearly_ends)
         if changed:
-            self.decisions = min(self.decisions, self._params.heated // 2)
+            self.decisions = min(self.decisions, self._params.heated_decisions // 2)
             self._stale = 0
         self._team = team
         return changed

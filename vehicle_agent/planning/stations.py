@@ -28,49 +28,27 @@ NEAR = 0.05
 
 
 @dataclass(frozen=True, slots=True)
-class StationsParams:
-    """How stations are chosen.
+class StationsParams(SettlingParams):
+    """How stations over ground are chosen, beyond what all stations have.
 
     Attributes
     ----------
-    local_scales
-        Standard deviations of proposals around the own station, in sensing ranges.
-    per_scale
-        Proposals of each.
-    far
-        Proposals over ground that no claimed station sees.
-    heat
-        Standard deviation of the first noise, as a share of the cells of a whole view.
-    heated_decisions
-        Decisions until the noise is gone.
     view_cells
         Range in cells of the coarse map on which heated proposals are compared.
     dear_way
         Cells of gain that a metre of way is worth while heated.
-    patience
-        Cold decisions without gain after which a vehicle has settled.
     refresh
         Decisions between looks at a growing map.
-    hold
-        Decisions without any change in the team, beyond `patience`, after which the task is done.
     """
 
-    local_scales: tuple[float, ...] = (0.03, 0.1, 0.3)
-    per_scale: int = 8
-    far: int = 12
-    heat: float = 0.02
-    heated_decisions: int = 100
     view_cells: float = 12.5
     dear_way: float = 0.0
-    patience: int = 20
     refresh: int = 5
-    hold: int = 1
 
     def __post_init__(self) -> None:
-        if self.per_scale < 0 or self.far < 0 or self.refresh < 1:
-            raise ValueError("per_scale and far must not be negative, refresh not 0")
-        if not (self.heat >= 0.0 and self.view_cells > 0.0):
-            raise ValueError("heat must not be negative, view_cells must be positive")
+        SettlingParams.__post_init__(self)
+        if self.refresh < 1 or not self.view_cells > 0.0:
+            raise ValueError("refresh must be at least 1, view_cells must be positive")
 
 
 class Stations:
@@ -82,9 +60,7 @@ class Stations:
         self._coarse: GroundEstimate | None = None
         self._fine: GroundEstimate | None = None
         self._station: FloatArray | None = None
-        self._settling = Settling(
-            SettlingParams(self._params.heated_decisions, self._params.patience, self._params.hold)
-        )
+        self._settling = Settling(self._params)
         self._refused: list[FloatArray] = []
         self._known = -1
         self._seen: tuple[list[Point], BoolArray] | None = None

@@ -13,9 +13,9 @@ from vehicle_agent.domain.voxel_grid import VoxelGrid
 from vehicle_agent.domain.voxels import OCCUPIED
 from vehicle_agent.planning.cao import Cao, CaoParams
 from vehicle_agent.planning.coverage import StepSchedule
-from vehicle_agent.planning.interface import Teammate, Wait
+from vehicle_agent.planning.interface import Wait
 from vehicle_agent.planning.voxel_explorer import VoxelRoute
-from vehicle_agent.planning.voxel_picture import VoxelPicture
+from vehicle_agent.planning.voxel_situation import VoxelSituation
 
 FACE_BITS = 5
 
@@ -57,27 +57,21 @@ class VoxelCao:
         self._cao, self._schedule = Cao(CaoParams(step_m), rng), StepSchedule(step_m)
         self._decisions = 0
 
-    def ask(
-        self,
-        picture: VoxelPicture,
-        allowed: BoolArray,
-        wanted: BoolArray,
-        position_enu_m: Point,
-        teammates: tuple[Teammate, ...],
-    ) -> VoxelRoute | Wait:
-        """Measure J_C here by the team's map, and say where it promises most; parameters as of `VoxelStations.ask`."""
-        solid = (picture.states == OCCUPIED) & wanted[:, :, None]
-        places = [position_enu_m, *(mate.position_enu_m for mate in teammates)]
+    def ask(self, situation: VoxelSituation) -> VoxelRoute | Wait:
+        """Measure J_C here by the team's map, and say where it promises most."""
+        picture, here = situation.picture, situation.position_enu_m
+        solid = (picture.states == OCCUPIED) & situation.wanted[:, :, None]
+        places = [here, *(mate.position_enu_m for mate in situation.teammates)]
         voxels = np.array([[self._grid.clamped(self._grid.voxel_of(place))] for place in places], dtype=np.int64)
         own, *others = (seen_faces(solid, self._fan, voxel) for voxel in voxels)
-        self._cao.tell(position_enu_m, face_share(own, others))
+        self._cao.tell(here, face_share(own, others))
         step_m = max(self._grid.voxel_m, self._schedule.step_m(self._decisions))
         self._decisions += 1
-        open_air = picture.passable & allowed[:, :, None]
-        end = self._cao.ask(position_enu_m, lambda ends: self._are_open(open_air, ends), step_m)
+        open_air = picture.passable & situation.allowed[:, :, None]
+        end = self._cao.ask(here, lambda ends: self._are_open(open_air, ends), step_m)
         if end is None:
             return Wait("no admissible perturbation")
-        way = [self._grid.flat_of(self._grid.clamped(self._grid.voxel_of(place))) for place in (position_enu_m, end)]
+        way = [self._grid.flat_of(self._grid.clamped(self._grid.voxel_of(place))) for place in (here, end)]
         return VoxelRoute(np.array(way, dtype=np.int64), f"local optimum of what was measured, step {step_m:.1f} m")
 
     def _are_open(self, open_air: BoolArray, ends_enu_m: FloatArray) -> BoolArray:

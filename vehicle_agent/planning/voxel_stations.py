@@ -23,10 +23,11 @@ from vehicle_agent.domain.voxel_grid import VoxelGrid
 from vehicle_agent.domain.voxel_paths import UNREACHED, trace_voxels, voxel_distances, with_clearance
 from vehicle_agent.domain.voxels import FREE, OCCUPIED, UNKNOWN
 from vehicle_agent.planning.frontier_travel import bearing_word
-from vehicle_agent.planning.interface import Finished, Teammate, Wait
+from vehicle_agent.planning.interface import Finished, Wait
 from vehicle_agent.planning.settling import Settling, SettlingParams
 from vehicle_agent.planning.voxel_explorer import Voxel, VoxelRoute
 from vehicle_agent.planning.voxel_picture import VoxelPicture
+from vehicle_agent.planning.voxel_situation import VoxelSituation
 
 UNBUILT_WORTH = 2
 """Faces that a place may have of which nothing is known, in a town."""
@@ -37,36 +38,17 @@ HIDDEN_VOXELS = 4
 
 
 @dataclass(frozen=True, slots=True)
-class VoxelStationsParams:
-    """How stations are chosen.
+class VoxelStationsParams(SettlingParams):
+    """How stations among buildings are chosen.
 
     Attributes
     ----------
-    local_scales
-        Standard deviations of proposals around the own station, in sensing ranges.
-    per_scale
-        Proposals of each.
-    far
-        Proposals around faces that no claimed station sees.
-    heat
-        Standard deviation of the first noise, as a share of the faces of level ground within range.
-    heated_decisions
-        Decisions until the noise is gone.
-    patience
-        Cold decisions without gain after which a vehicle has settled.
-    hold
-        Decisions without any change in the team, beyond `patience`, after which the task is done.
     apart_m
         Distance between any two stations, metres.
     """
 
     local_scales: tuple[float, ...] = (0.08, 0.2, 0.5)
-    per_scale: int = 8
-    far: int = 12
-    heat: float = 0.02
     heated_decisions: int = 60
-    patience: int = 20
-    hold: int = 1
     apart_m: float = 3.0
 
 
@@ -130,7 +112,7 @@ class VoxelStations:
         self, index: int, grid: VoxelGrid, fan: RayFan, rng: np.random.Generator, params: VoxelStationsParams
     ) -> None:
         self._index, self._grid, self._fan, self._rng, self._params = index, grid, fan, rng, params
-        self._settling = Settling(SettlingParams(params.heated_decisions, params.patience, params.hold))
+        self._settling = Settling(params)
         self._estimate: _Estimate | None = None
         self._station: Voxel | None = None
         self._out_of_reach = np.zeros(grid.shape, dtype=np.bool_)
@@ -141,30 +123,18 @@ class VoxelStations:
     def station_enu_m(self) -> Point | None:
         return None if self._station is None else self._grid.centre_of(self._station)
 
-    def ask(
-        self,
-        picture: VoxelPicture,
-        allowed: BoolArray,
-        wanted: BoolArray,
-        position_enu_m: Point,
-        teammates: tuple[Teammate, ...],
-    ) -> VoxelRoute | Wait | Finished:
-        """Revise the station and say how to get there.
-
-        Parameters
-        ----------
-        allowed, wanted : (U, V) bool, columns where the vehicle may be, and of which the faces count.
-        """
-        here = self._voxel_at(position_enu_m, picture)
+    def ask(self, situation: VoxelSituation) -> VoxelRoute | Wait | Finished:
+        """Revise the station and say how to get there."""
+        here = self._voxel_at(situation.position_enu_m, situation.picture)
         station = self._station or here
-        if self._settling.meet(teammates):
+        if self._settling.meet(situation.teammates):
             self._seen = None
-        estimate = self._estimate_for(picture)
+        estimate = self._estimate_for(situation.picture)
         if self._settling.looks_on:
-            station = self._revised(estimate, picture.ceiling, allowed, wanted, station, teammates)
+            station = self._revised(estimate, situation, station)
         self._settling.decisions += 1
         self._station = station
-        return self._way(picture, here, position_enu_m, station, teammates)
+        return self._way(situation, here, station)
 
     def _voxel_at(self, position_enu_m: Point, picture: VoxelPicture) -> Voxel:
         column, row, layer = self._grid.clamped(self._grid.voxel_of(position_enu_m))
@@ -180,22 +150,19 @@ class VoxelStations:
                 self._settling.look_again()
         return self._estimate
 
-    def _revised(
-        self, estimate: _Estimate, ceiling: int, allowed: BoolArray, wanted: BoolArray, station: Voxel,
-        teammates: tuple[Teammate, ...],
-    ) -> Voxel:  # fmt: skip
+    def _revised(self, estimate: _Estimate, situation: VoxelSituation, station: Voxel) -> Voxel:
         """The proposal of the greatest noisy gain; the present station where none is better."""
-        places = self._settling.places(teammates, self._grid.voxel_m)
+        places = self._settling.places(situation.teammates, self._grid.voxel_m)
         taken = self._taken(estimate, places)
-        proposals = self._proposals(estimate, ceiling, wanted, station, taken)
-        proposals = self._admissible(estimate, allowed, proposals, places)
+        proposals = self._proposals(estimate, situation, station, taken)
+        proposals = self._admissible(estimate, situation.allowed, proposals, places)
         bonuses, cooled = np.zeros(len(proposals)), self._settling.cooled
         if cooled < 1.0:
             noise = self._params.heat * math.pi * self._fan.reach**2 * (1.0 - cooled)
             bonuses = noise * self._rng.gumbel(size=len(proposals))
         fan = self._fan
         best, gain, own_gain = best_faces(
-            estimate.solid, fan.steps, fan.firsts, proposals, estimate.worth * wanted, taken, bonuses
+            estimate.solid, fan.steps, fan.firsts, proposals, estimate.worth * situation.wanted, taken, bonuses
         )
         if cooled >= 1.0 and gain <= own_gain:
             self._settling.found(better=False)
@@ -213,7 +180,7 @@ class VoxelStations:
         return self._seen[1]
 
     def _proposals(
-        self, estimate: _Estimate, ceiling: int, wanted: BoolArray, station: Voxel, taken: ByteArray
+        self, estimate: _Estimate, situation: VoxelSituation, station: Voxel, taken: ByteArray
     ) -> IndexArray:
         """The present station first, then places around it and around faces that nobody would see: (M, 3) int64."""
         params, rng, reach = self._params, self._rng, self._fan.reach
@@ -221,7 +188,7 @@ class VoxelStations:
         spread = np.array((1.0, 1.0, 0.5)) * reach
         choices: list[FloatArray] = [np.array([station], dtype=np.float64)]
         choices += [station + rng.standard_normal((params.per_scale, 3)) * spread * scale for scale in scales]
-        unseen = np.argwhere((estimate.faces & ~taken != 0) & wanted[:, :, None])
+        unseen = np.argwhere((estimate.faces & ~taken != 0) & situation.wanted[:, :, None])
         count = params.far // 3 if self._settling.is_cold else params.far
         if count and len(unseen):
             around = rng.standard_normal((count, 3)) * 0.5 * reach
@@ -229,7 +196,7 @@ class VoxelStations:
             choices.append(unseen[rng.integers(len(unseen), size=count)] + around)
         proposals = np.rint(np.concatenate(choices)).astype(np.int64)
         highest = np.array(self._grid.shape) - 1
-        highest[2] = ceiling
+        highest[2] = situation.picture.ceiling
         return proposals.clip(0, highest)
 
     def _admissible(
@@ -245,19 +212,18 @@ class VoxelStations:
         keep[0] = True
         return np.ascontiguousarray(proposals[keep])
 
-    def _way(
-        self, picture: VoxelPicture, here: Voxel, position_enu_m: Point, station: Voxel, teammates: tuple[Teammate, ...]
-    ) -> VoxelRoute | Wait | Finished:
-        there, voxel_m = self._grid.centre_of(station), self._grid.voxel_m
+    def _way(self, situation: VoxelSituation, here: Voxel, station: Voxel) -> VoxelRoute | Wait | Finished:
+        position_enu_m, there = situation.position_enu_m, self._grid.centre_of(station)
+        voxel_m = self._grid.voxel_m
         away_m = math.dist(position_enu_m, there)
-        self._settling.count(self._index, position_enu_m, there, teammates, voxel_m)
+        self._settling.count(self._index, position_enu_m, there, situation.teammates, voxel_m)
         if self._settling.is_done:
             return Finished("covered: nobody knows a place from where the team would see more")
         if away_m <= voxel_m:
             self._settling.arrive()
             looking = not self._settling.is_cold or self._settling.looks_on
             return Wait("on its station, looking for a better one" if looking else "on its station")
-        voxels = self._voxels_towards(picture, here, station)
+        voxels = self._voxels_towards(situation.picture, here, station)
         self._vain_waits = 0 if len(voxels) > 1 else self._vain_waits + 1
         if self._settling.is_stuck or self._vain_waits >= VAIN_WAITS:
             self._let_go(station, here)
