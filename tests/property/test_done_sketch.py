@@ -13,24 +13,29 @@ from vehicle_agent.domain.landmarks import LandmarkLayout
 SIDES = st.integers(1, 12)
 
 
-@given(SIDES, SIDES, st.integers(0, 2**32 - 1))
-def test_what_is_read_is_what_is_done_of_the_nearest(columns: int, rows: int, seed: int) -> None:
+@given(SIDES, SIDES, st.sampled_from([1.0, 6.0]), st.integers(0, 2**32 - 1))
+def test_only_what_is_done_is_called_so_and_all_of_it_nearby(
+    columns: int, rows: int, patch_m: float, seed: int
+) -> None:
     layout = LandmarkLayout.at_cells(Grid(3.0, -7.0, 2.5, columns, rows))
     dice = np.random.default_rng(seed)
-    done = dice.random(len(layout)) < 0.5
-    centre = int(dice.integers(len(layout)))
-    around = SketchBook(layout).around(centre)
-    assert len(around) == min(8 * SKETCH_BYTES, len(layout))
-    away = np.linalg.norm(layout.positions_en_m - layout.positions_en_m[centre], axis=1)
-    assert away[around].max() <= np.sort(away)[len(around) - 1] + 1e-2
-    read = SketchBook(layout).done_in(SketchBook(layout).sketch(done, centre))
-    assert read.tolist() == around[done[around]].tolist()
+    done = dice.random(len(layout)) < 0.8
+    place = layout.positions_en_m[dice.integers(len(layout))]
+    speaker, listener = SketchBook(layout, patch_m), SketchBook(layout, patch_m)
+    called = listener.landmarks_in(speaker.sketch(done, speaker.centre_at(place[0], place[1])))
+    assert done[called].all()
+    everything = speaker.landmarks_in(speaker.sketch(np.ones_like(done), speaker.centre_at(place[0], place[1])))
+    assert len(everything) >= min(8 * SKETCH_BYTES, len(layout))
+    away = np.linalg.norm(layout.positions_en_m - place, axis=1)
+    assert np.isin(np.flatnonzero(away < 6.0), everything).all()
+    if patch_m < layout.spacing_m:
+        assert called.tolist() == everything[done[everything]].tolist()
 
 
 @given(st.integers(-(2**40), 2**40), st.binary(max_size=40))
 def test_any_bytes_call_done_only_what_there_is(centre: int, bits: bytes) -> None:
-    layout = LandmarkLayout.at_cells(Grid(0.0, 0.0, 1.0, 5, 4))
-    read = SketchBook(layout).done_in(DoneSketch(centre, bits))
+    book = SketchBook(LandmarkLayout.at_cells(Grid(0.0, 0.0, 1.0, 5, 4)), 1.0)
+    read = book.landmarks_in(DoneSketch(centre, bits))
     assert set(read.tolist()) <= set(range(20))
     if not 0 <= centre < 20 or len(bits) != SKETCH_BYTES:
         assert len(read) == 0

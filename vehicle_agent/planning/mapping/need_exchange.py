@@ -27,6 +27,8 @@ _DOUBT = 0.5
 """How unsure it is after one telling that a listener knows."""
 _ELSEWHERE = 0.02
 """Urgency of what is far from all listeners, over that of what is where one goes."""
+_PATCH = 0.3
+"""Edge of what a sketch speaks of as a whole, over the distance at which news is 1/e as urgent."""
 _LEAST_VALUE = 1e-4
 _LEAST_SKETCH_VALUE = 0.1
 
@@ -72,7 +74,7 @@ class NeedExchange:
         count = len(landmarks.layout)
         self.said_done: BoolArray = np.zeros(count, dtype=np.bool_)
         self._map, self._capacity, self._near_m = landmarks, capacity, near_m
-        self._book = SketchBook(landmarks.layout)
+        self._book = SketchBook(landmarks.layout, _PATCH * near_m)
         self._told_information: FloatArray = np.zeros(count)
         self._unsure: FloatArray = np.ones((landmarks.vehicles, count))
         """Chance that each teammate does not know that a landmark, accurate here, is accurate."""
@@ -84,7 +86,7 @@ class NeedExchange:
         listeners = np.array([mate.index for mate in teammates], dtype=np.int64)
         sketch = self._sketch(values, teammates)
         if sketch is not None:
-            drawn = self._book.done_in(sketch)
+            drawn = self._book.landmarks_in(sketch)
             self._unsure[np.ix_(listeners, drawn)] *= _DOUBT
             values[drawn] *= _DOUBT
         ids = np.flatnonzero(values > _LEAST_VALUE)
@@ -143,15 +145,14 @@ class NeedExchange:
         done = np.where(self._map.accurate, values, 0.0)
         places = [place for mate in teammates for place in _whereabouts(mate)]
         centres = sorted({self._book.centre_at(place[0], place[1]) for place in places})
-        worth = [float(done[self._book.around(centre)].sum()) for centre in centres]
-        if max(worth, default=0.0) < _LEAST_SKETCH_VALUE:
-            return None
-        return self._book.sketch(self._map.accurate, centres[int(np.argmax(worth))])
+        drawn = [self._book.sketch(self._map.accurate, centre) for centre in centres]
+        worth = [float(done[self._book.landmarks_in(sketch)].sum()) for sketch in drawn]
+        return drawn[int(np.argmax(worth))] if max(worth, default=0.0) >= _LEAST_SKETCH_VALUE else None
 
     def _sketched(self, packets: Mapping[int, Packet]) -> list[tuple[int, IndexArray]]:
         """Senders of sketches, and what these call done."""
         return [
-            (sender, self._book.done_in(packet.sketch))
+            (sender, self._book.landmarks_in(packet.sketch))
             for sender, packet in packets.items()
             if packet.sketch is not None
         ]
