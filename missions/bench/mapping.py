@@ -101,7 +101,7 @@ def measure(case: Case) -> tuple[Case, Outcome]:
     mover = make_mover(method, case.vehicles, len(world.layout), setup, _rng(case, 1))
     run = run_team(team, mover, setup.steps)
     _export(case, run)
-    per_step = run.bytes_sent / (case.vehicles * setup.steps)
+    per_step = run.bytes_sent / (case.vehicles * team.steps)  # of the steps that it took
     return case, Outcome(
         float(run.remaining_percent[-1]), run.sum_of_error, per_step, tuple(run.step_ms), run.agree_after_repair,
         tuple(run.step_done_percent),
