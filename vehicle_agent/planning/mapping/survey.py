@@ -60,7 +60,7 @@ class SurveyParams:
 
     way_m: float
     time_s: float = math.inf
-    lines_share: float = 0.25
+    lines_share: float = 0.15
     widest_m: float = 25.0
     nodes: int = 3_600
     part_m: float = 300.0
