@@ -2,7 +2,8 @@
 
 Surface is mostly flat: an unknown voxel that touches known surface and shows one face to known air is nearly always
 surface too, one that shows several faces and touches none hardly ever, and the ground is there everywhere. Measured in
-drawn towns, the shares are those of `SURE` to `HARDLY`.
+drawn towns, the shares are those of `SURE` to `HARDLY`. And nothing floats: what hangs in known air and touches neither
+the ground nor anything known is a shadow that nobody need look into.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+from scipy.ndimage import label
 
 from vehicle_agent.domain.frames import FloatArray, Point
 from vehicle_agent.domain.polygon import BoolArray
@@ -32,7 +34,8 @@ class VoxelPicture:
     ----------
     states : (U, V, W) uint8.
     passable : (U, V, W) bool, known free with clearance and not above the ceiling.
-    frontier : (U, V, W) bool, unknown, not above the ceiling, known free beside it or above it: rays never rise.
+    frontier : (U, V, W) bool, unknown, not above the ceiling, known free beside it or above it (rays never rise), and
+        not floating.
     worth : (U, V, W) float32, chance that a frontier voxel is surface; 0 elsewhere.
     ceiling : highest layer in which vehicles fly; what is above is known to be clear.
     """
@@ -54,11 +57,25 @@ class VoxelPicture:
             out[:-1] |= line[1:]
         frontier = (states == UNKNOWN) & beside
         frontier[:, :, ceiling + 1 :] = False
+        frontier &= ~_floating(states, ceiling)
         worth = _worth(states == OCCUPIED, free, frontier)
         free[:, :, ceiling + 1 :] = True
         passable = with_clearance(free)
         passable[:, :, ceiling + 1 :] = False
         return cls(states, passable, frontier, worth, ceiling)
+
+
+def _floating(states: ByteArray, ceiling: int) -> BoolArray:
+    """Unknown voxels that known air parts, all around, from the ground and from known surface: (U, V, W) bool."""
+    filled = states != FREE
+    filled[:, :, ceiling + 1 :] = False
+    regions, count = label(filled, np.ones((3, 3, 3), dtype=np.bool_))
+    stands = np.zeros(count + 1, dtype=np.bool_)
+    stands[0] = True
+    stands[regions[:, :, 0]] = True
+    stands[regions[states == OCCUPIED]] = True
+    floating: BoolArray = ~stands[regions]
+    return floating
 
 
 def _worth(occupied: BoolArray, free: BoolArray, frontier: BoolArray) -> npt.NDArray[np.float32]:
