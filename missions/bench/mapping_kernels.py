@@ -103,8 +103,8 @@ def look(
 @compiled
 def try_out(
     elevation: FloatArray, shape: IndexArray, heights: FloatArray, reach: float, precision: float, best: float,
-    information: FloatArray, done: BoolArray, positions: FloatArray, far: IndexArray, supposed: FloatArray,
-    visible_counts: IndexArray,
+    information: FloatArray, done: BoolArray, positions: FloatArray, near: IndexArray, far: IndexArray,
+    supposed: FloatArray, visible_counts: IndexArray,
 ) -> tuple[int, float, float]:  # fmt: skip
     """What a team would gain by really moving to positions (OSARSES, algorithm 1): the parts of eq. 8, 10, 12, 14.
 
@@ -113,15 +113,14 @@ def try_out(
     precision : accurate standard deviation over the sensor's share of noise; best : most that one measurement tells.
     information : (vehicles, N), what each vehicle's map has of each landmark (1 is accurate).
     done : (N,), accurate or given up in anybody's map.
-    far, supposed : ids of the landmarks of J3 and (N, 3) where landmarks are supposed.
+    near, far, supposed : ids of the landmarks of J2 and J3, and (N, 3) where landmarks are supposed.
     visible_counts : (vehicles,), receives the sizes of B^{L,j}.
 
     Returns
     -------
-    Landmarks newly accurate; sum of least squared ranges over B^L; sum of least squared distances over `far`.
+    Landmarks newly accurate; sums of least squared distances over `near` and over `far`.
     """
     count, vehicles = len(heights), len(positions)
-    least = np.full(count, math.inf)
     sealed = np.zeros(count, dtype=np.bool_)
     ids, ranges = np.empty((vehicles, count), dtype=np.int64), np.empty(count)
     seen = np.zeros(vehicles, dtype=np.int64)
@@ -135,30 +134,31 @@ def try_out(
             if not sealed[landmark] and information[j, landmark] + gain >= 1.0:
                 sealed[landmark] = True
                 fresh += 1
-            least[landmark] = min(least[landmark], ranges[k] * ranges[k])
-    near_sum = 0.0
     for j in range(vehicles):
         visible_counts[j] = 0
         for k in range(seen[j]):
             landmark = ids[j, k]
             if not sealed[landmark]:
                 visible_counts[j] += 1
-                if least[landmark] < math.inf:
-                    near_sum += least[landmark]
-                    least[landmark] = math.inf
-    far_sum = 0.0
-    for k in range(len(far)):
-        place = supposed[far[k]]
+    return fresh, nearest_sum(near, supposed, positions), nearest_sum(far, supposed, positions)
+
+
+@compiled
+def nearest_sum(landmarks: IndexArray, supposed: FloatArray, positions: FloatArray) -> float:
+    """Sum of the squared distances of landmarks to the vehicle nearest to each."""
+    total = 0.0
+    for k in range(len(landmarks)):
+        place = supposed[landmarks[k]]
         nearest = math.inf
-        for j in range(vehicles):
+        for j in range(len(positions)):
             squared = (
                 (place[0] - positions[j, 0]) ** 2
                 + (place[1] - positions[j, 1]) ** 2
                 + (place[2] - positions[j, 2]) ** 2
             )
             nearest = min(nearest, squared)
-        far_sum += nearest
-    return fresh, near_sum, far_sum
+        total += nearest
+    return total
 
 
 @compiled

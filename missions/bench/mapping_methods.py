@@ -66,14 +66,16 @@ class _Server:
     def __init__(self, objective: Objective) -> None:
         self.objective = objective
 
-    def outlook(self, team: Team, positions: FloatArray, information: FloatArray, far: IndexArray) -> Outlook:
+    def outlook(
+        self, team: Team, positions: FloatArray, information: FloatArray, near: IndexArray, far: IndexArray
+    ) -> Outlook:
         """What moving there would bring."""
         world, setup = team.world, team.setup
         visible = np.zeros(team.vehicles, dtype=np.int64)
         sealed, near_sum, far_sum = try_out(
             world.elevation, world.shape, world.heights, setup.range_m, setup.accurate_sd_m / setup.noise_share,
             (setup.accurate_sd_m / setup.landmark_params.best_sd_m) ** 2, information, self._done(team),
-            np.ascontiguousarray(positions), far, self._supposed(team), visible,
+            np.ascontiguousarray(positions), near, far, self._supposed(team), visible,
         )  # fmt: skip
         squared = setup.range_m**2
         return Outlook(sealed, visible, near_sum / squared, far_sum / squared)
@@ -81,16 +83,26 @@ class _Server:
     def present(self, team: Team, far: IndexArray) -> Outlook:
         """What the last step has brought."""
         nothing = np.full((team.vehicles, len(team.world.layout)), -np.inf)
-        here = self.outlook(team, team.positions, nothing, far)
+        here = self.outlook(team, team.positions, nothing, self.near(team), far)
         return Outlook(team.sealed_now, here.visible, here.near_sum, here.far_sum)
+
+    def near(self, team: Team) -> IndexArray:
+        """Landmarks of J2: those that are visible before the move and not accurate.
+
+        Summed over what a candidate would see, as eq. 12 can be read too, the term is best where nothing is seen.
+        """
+        return np.flatnonzero(self._visible(team) & ~self._done(team))
 
     def far(self, team: Team) -> IndexArray:
         """Landmarks of J3: once seen, now out of sight and still not accurate; if there are none, all unseen ones."""
-        visible = np.zeros(len(team.world.layout), dtype=np.bool_)
-        for ids in team.visible:
-            visible[ids] = True
+        visible = self._visible(team)
         waiting = ~self._done(team) & ~visible
         return np.flatnonzero(waiting & team.ever_seen) if np.any(waiting & team.ever_seen) else np.flatnonzero(waiting)
+
+    def _visible(self, team: Team) -> BoolArray:
+        visible = np.zeros(len(team.world.layout), dtype=np.bool_)
+        visible[np.concatenate(team.visible)] = True
+        return visible
 
     def _done(self, team: Team) -> BoolArray:
         done: BoolArray = team.accurate | np.any([known.given_up for known in team.maps], axis=0)
@@ -114,14 +126,14 @@ class OsarsesServer(_Server):
         began_s = time.perf_counter()
         far = self.far(team)
         self.objective.record(team.sealed_by.copy(), self.present(team, far))
-        information = np.array([known.information for known in team.maps])
+        information, near = np.array([known.information for known in team.maps]), self.near(team)
         if self.objective.switches()[2].sum() == 0.0:
             far = far[:0]
         team.positions = self._search.ask(
             team.positions,
             team.ends_allowed,
             team.teams_allowed,
-            lambda positions: self.objective.value(self.outlook(team, positions, information, far)),
+            lambda positions: self.objective.value(self.outlook(team, positions, information, near, far)),
         )
         return [timed(began_s)]
 

@@ -66,7 +66,8 @@ class Outlook:
         Landmarks that become accurate, |A^L(t)| - |A^L(t-1)|.
     visible : (vehicles,) sizes of B^{L,j}.
     near_sum
-        Sum over B^L of the least squared range, in squared visibility thresholds.
+        Sum of the least squared distance over the landmarks B^L visible before the move, in squared visibility
+        thresholds.
     far_sum
         The same over the landmarks of J3.
     """
