@@ -67,10 +67,14 @@ class TownWatch(TownNavigator):
             if not (isinstance(target, Finished) or (self._has_explored and self.is_idle)):
                 return target
             self._explores = False  # what teammates still find is heard of from its station, too
+        late_s = max(0.0, around.now_s - self._decide_at_s) if math.isfinite(self._decide_at_s) else 0.0
         self._decide_at_s = around.now_s + DECIDE_PERIOD_S
         self._arrived, self._makes_way, self.is_idle = None, False, False
         here_enu_m = around.state.position_enu_m
-        decision = self._planner.ask(VoxelSituation(picture, self._allowed, self._area, here_enu_m, around.teammates))
+        periods = 1 + int(late_s / DECIDE_PERIOD_S)
+        decision = self._planner.ask(
+            VoxelSituation(picture, self._allowed, self._area, here_enu_m, around.teammates, periods)
+        )
         if isinstance(decision, Finished):
             return decision
         self._goal = self._planner.station_enu_m

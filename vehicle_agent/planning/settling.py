@@ -130,9 +130,14 @@ class Settling:
         ]
 
     def count(
-        self, index: int, position_enu_m: Point, station_enu_m: Point, teammates: tuple[Teammate, ...], near_m: float
-    ) -> None:
-        """Count decisions since anybody last moved or changed its mind, which all hear of at about the same time."""
+        self, index: int, position_enu_m: Point, station_enu_m: Point, teammates: tuple[Teammate, ...], near_m: float,
+        periods: int = 1,
+    ) -> None:  # fmt: skip
+        """Count decisions since anybody last moved or changed its mind, which all hear of at about the same time.
+
+        A vehicle that is slow to decide counts the `periods` in which it should have: else the others would end before
+        it, and it would take those who go home for lost.
+        """
         places = {mate.index: (mate.position_enu_m, mate.goal_enu_m) for mate in teammates}
         places[index] = (position_enu_m, station_enu_m)
         was = self._rest.get(index)
@@ -145,7 +150,7 @@ class Settling:
             for other, (position, goal) in places.items()
         )
         if same or self._ends:
-            self._quiet += 1
+            self._quiet += periods
         else:
             self._quiet, self._rest = 0, places
 

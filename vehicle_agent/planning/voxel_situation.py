@@ -23,6 +23,8 @@ class VoxelSituation:
         Where it is.
     teammates
         Where they are and where they mean to stay.
+    periods
+        Decisions that were due since the last one: more than one for a vehicle that is slow to decide.
     """
 
     picture: VoxelPicture
@@ -30,3 +32,4 @@ class VoxelSituation:
     wanted: BoolArray
     position_enu_m: Point
     teammates: tuple[Teammate, ...]
+    periods: int = 1

@@ -216,7 +216,7 @@ class VoxelStations:
         position_enu_m, there = situation.position_enu_m, self._grid.centre_of(station)
         voxel_m = self._grid.voxel_m
         away_m = math.dist(position_enu_m, there)
-        self._settling.count(self._index, position_enu_m, there, situation.teammates, voxel_m)
+        self._settling.count(self._index, position_enu_m, there, situation.teammates, voxel_m, situation.periods)
         if self._settling.is_done:
             return Finished("covered: nobody knows a place from where the team would see more")
         if away_m <= voxel_m:
