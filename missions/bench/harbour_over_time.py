@@ -30,7 +30,7 @@ RADIOS: dict[str, Callable[[RadioTable], RadioTable]] = {
     "200 bytes per 30 s, 30 % loss": lambda radio: msgspec.structs.replace(
         radio, packet_period_s=30.0, loss=0.3, delay_s=2.0
     ),
-    "nothing heard at all": lambda radio: msgspec.structs.replace(radio, loss=0.999),
+    "one packet of 1000 heard": lambda radio: msgspec.structs.replace(radio, loss=0.999),
 }
 
 
