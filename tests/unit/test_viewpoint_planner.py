@@ -183,3 +183,24 @@ def test_beside_its_way_a_vehicle_leaves_to_a_teammate_what_is_nearer_to_that() 
         assert isinstance(decision, Waypoint)
         ends.append(decision.position_enu_m)
     assert ends[1][0] > ends[0][0] + 1.0  # farther from the teammate in the west
+
+
+def test_a_vehicle_stays_where_work_goes_on_and_leaves_where_nothing_gets_done() -> None:
+    """However slowly: one landmark a step takes longer than it has patience with a site that stays as it is."""
+    places = LAYOUT.positions_en_m
+    west, east = (np.flatnonzero((np.abs(places - corner) < 15.0).all(axis=1)) for corner in ((0.0, 0.0), (80.0, 80.0)))
+    for goes_on in (True, False):
+        vehicle = team_of(1)[0]
+        others = np.setdiff1d(np.arange(len(LAYOUT)), np.concatenate((west, east)))
+        vehicle.known.observe(others, np.zeros(len(others)), np.full(len(others), 0.5))
+        left = []
+        for landmark in west:
+            decision = vehicle.ask([])
+            assert isinstance(decision, Waypoint)
+            assert decision.goal_enu_m is not None
+            left.append(decision.goal_enu_m[0] > 40.0)
+            if not left[-1]:
+                vehicle.position = decision.goal_enu_m
+            if goes_on:
+                vehicle.known.observe(np.array([landmark]), np.zeros(1), np.full(1, 0.5))
+        assert any(left) != goes_on

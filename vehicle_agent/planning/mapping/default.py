@@ -21,6 +21,8 @@ from vehicle_agent.planning.mapping.work_sites import ViewpointParams, WorkSites
 
 _MISSED_STEPS = 15
 """So long a teammate that is not heard is looked for where it was heard last; then it counts as lost."""
+_PATIENT_STEPS, _PROGRESS = 4, 0.2
+"""So long, and twice what its work should take, a vehicle stays where not even this part of a landmark gets done."""
 _PULLED_STEPS, _YIELDED_STEPS = 6, 30
 """So long a mate may go for what is far from this vehicle's goal before this one yields, and how long it yields."""
 
@@ -36,7 +38,7 @@ class ViewpointPlanner:
         self._goal: int | None = None
         self._tired: set[int] = set()
         self._worth = 1.0
-        self._stay = 0
+        self._stay, self._left = 0, 0.0
         self._last_heard: dict[int, Teammate] = {}
         self._silent: dict[int, int] = {}
         self._pulled = self._yields = 0
@@ -88,8 +90,12 @@ class ViewpointPlanner:
     def _note(self, site: int, sites: WorkSites, here: FloatArray, situation: MappingSituation) -> None:
         """Lose patience with a site that stays as it is though the vehicle has been there for long."""
         at_site = math.dist(sites.viewpoints[site, :2], here[:2]) <= 1.5 * situation.reach_m
-        self._stay = self._stay + 1 if at_site and site == self._goal else 0
-        if self._stay > 4 + 2 * sites.visits[site]:
+        left = sites.left_at(site)
+        if not at_site or site != self._goal or left <= self._left - _PROGRESS:
+            self._stay, self._left = 0, left
+        else:
+            self._stay += 1
+        if self._stay > _PATIENT_STEPS + 2 * sites.visits[site]:
             self._tired.add(site)
             self._stay = 0
         self._goal = site

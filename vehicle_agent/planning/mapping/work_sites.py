@@ -135,6 +135,12 @@ class WorkSites:
         _, _, range_squared, footprint_squared = self._sensor
         self._expected = near[(drop > 0.0) & (away + drop**2 < range_squared) & (away <= footprint_squared)]
 
+    def left_at(self, site: int) -> float:
+        """What is left to measure at a site, in landmarks of which nothing is known."""
+        lattice = self.lattice
+        here = lattice.order[lattice.first[site] : lattice.first[site + 1]]
+        return float((1.0 - self._information[here[self._open[here]]]).sum())
+
     def values(self) -> FloatArray:
         """What the work of each cell counts."""
         lattice = self.lattice
