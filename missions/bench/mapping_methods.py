@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections import deque
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -60,59 +61,69 @@ def exchange_for(method: str, setup: Setup, world: World) -> Callable[[LandmarkM
     return lambda known: PaperExchange(known, params)
 
 
+@dataclass(frozen=True, slots=True)
+class _Picture:
+    """What a server knows between two steps.
+
+    Attributes
+    ----------
+    done
+        (N,) bool, accurate or given up in anybody's map.
+    near
+        Ids of the landmarks of J2: those that are visible before the move and not done. Summed over what a candidate
+        would see, as eq. 12 can be read too, the term is best where nothing is seen.
+    far
+        Ids of those of J3: once seen, now out of sight and still not done; if there are none, all out of sight.
+    supposed
+        (N, 3), where landmarks are supposed to be.
+    """
+
+    done: BoolArray
+    near: IndexArray
+    far: IndexArray
+    supposed: FloatArray
+
+    @classmethod
+    def of(cls, team: Team) -> _Picture:
+        done: BoolArray = team.accurate | np.any([known.given_up for known in team.maps], axis=0)
+        visible = np.zeros(len(done), dtype=np.bool_)
+        visible[np.concatenate(team.visible)] = True
+        waiting = ~done & ~visible
+        once_seen = waiting & team.ever_seen
+        heights = np.array([known.heights_m for known in team.maps])
+        known = ~np.isnan(heights)
+        mean = np.where(known, heights, 0.0).sum(axis=0) / np.maximum(known.sum(axis=0), 1)
+        return cls(
+            done,
+            np.flatnonzero(visible & ~done),
+            np.flatnonzero(once_seen if once_seen.any() else waiting),
+            np.ascontiguousarray(np.column_stack((team.world.layout.positions_en_m, mean))),
+        )
+
+
 class _Server:
     """Knows all that anybody knows, and says where everybody goes."""
 
     def __init__(self, objective: Objective) -> None:
         self.objective = objective
 
-    def outlook(
-        self, team: Team, positions: FloatArray, information: FloatArray, near: IndexArray, far: IndexArray
-    ) -> Outlook:
+    def outlook(self, team: Team, picture: _Picture, positions: FloatArray, information: FloatArray) -> Outlook:
         """What moving there would bring."""
         world, setup = team.world, team.setup
         visible = np.zeros(team.vehicles, dtype=np.int64)
         sealed, near_sum, far_sum = try_out(
             world.elevation, world.shape, world.heights, setup.range_m, setup.accurate_sd_m / setup.noise_share,
-            (setup.accurate_sd_m / setup.landmark_params.best_sd_m) ** 2, information, self._done(team),
-            np.ascontiguousarray(positions), near, far, self._supposed(team), visible,
+            (setup.accurate_sd_m / setup.landmark_params.best_sd_m) ** 2, information, picture.done,
+            np.ascontiguousarray(positions), picture.near, picture.far, picture.supposed, visible,
         )  # fmt: skip
         squared = setup.range_m**2
         return Outlook(sealed, visible, near_sum / squared, far_sum / squared)
 
-    def present(self, team: Team, far: IndexArray) -> Outlook:
+    def present(self, team: Team, picture: _Picture) -> Outlook:
         """What the last step has brought."""
         nothing = np.full((team.vehicles, len(team.world.layout)), -np.inf)
-        here = self.outlook(team, team.positions, nothing, self.near(team), far)
+        here = self.outlook(team, picture, team.positions, nothing)
         return Outlook(team.sealed_now, here.visible, here.near_sum, here.far_sum)
-
-    def near(self, team: Team) -> IndexArray:
-        """Landmarks of J2: those that are visible before the move and not accurate.
-
-        Summed over what a candidate would see, as eq. 12 can be read too, the term is best where nothing is seen.
-        """
-        return np.flatnonzero(self._visible(team) & ~self._done(team))
-
-    def far(self, team: Team) -> IndexArray:
-        """Landmarks of J3: once seen, now out of sight and still not accurate; if there are none, all unseen ones."""
-        visible = self._visible(team)
-        waiting = ~self._done(team) & ~visible
-        return np.flatnonzero(waiting & team.ever_seen) if np.any(waiting & team.ever_seen) else np.flatnonzero(waiting)
-
-    def _visible(self, team: Team) -> BoolArray:
-        visible = np.zeros(len(team.world.layout), dtype=np.bool_)
-        visible[np.concatenate(team.visible)] = True
-        return visible
-
-    def _done(self, team: Team) -> BoolArray:
-        done: BoolArray = team.accurate | np.any([known.given_up for known in team.maps], axis=0)
-        return done
-
-    def _supposed(self, team: Team) -> FloatArray:
-        heights = np.array([known.heights_m for known in team.maps])
-        known = ~np.isnan(heights)
-        mean = np.where(known, heights, 0.0).sum(axis=0) / np.maximum(known.sum(axis=0), 1)
-        return np.ascontiguousarray(np.column_stack((team.world.layout.positions_en_m, mean)))
 
 
 class OsarsesServer(_Server):
@@ -124,16 +135,16 @@ class OsarsesServer(_Server):
 
     def move(self, team: Team) -> Sequence[float]:
         began_s = time.perf_counter()
-        far = self.far(team)
-        self.objective.record(team.sealed_by.copy(), self.present(team, far))
-        information, near = np.array([known.information for known in team.maps]), self.near(team)
+        picture = _Picture.of(team)
+        self.objective.record(team.sealed_by.copy(), self.present(team, picture))
+        information = np.array([known.information for known in team.maps])
         if self.objective.switches()[2].sum() == 0.0:
-            far = far[:0]
+            picture = replace(picture, far=picture.far[:0])  # spares the sum over what does not count
         team.positions = self._search.ask(
             team.positions,
             team.ends_allowed,
             team.teams_allowed,
-            lambda positions: self.objective.value(self.outlook(team, positions, information, near, far)),
+            lambda positions: self.objective.value(self.outlook(team, picture, positions, information)),
         )
         return [timed(began_s)]
 
@@ -151,7 +162,7 @@ class CaoServer(_Server):
 
     def move(self, team: Team) -> Sequence[float]:
         began_s = time.perf_counter()
-        brought = self.present(team, self.far(team))
+        brought = self.present(team, _Picture.of(team))
         self._brought.append(brought)
         self._search.tell(team.positions, self.objective.record(team.sealed_by.copy(), brought))
         self._search.revalue([self.objective.value(outlook) for outlook in self._brought])
