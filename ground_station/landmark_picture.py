@@ -11,7 +11,7 @@ from ground_station.drawn_surface import DrawnSurface, redrawn
 from vehicle_agent.domain.elevation import CellObservations
 from vehicle_agent.domain.frames import FloatArray
 from vehicle_agent.domain.landmark_atlas import LandmarkAtlas
-from vehicle_agent.domain.landmarks import LandmarkParams
+from vehicle_agent.domain.landmark_layout import LandmarkParams
 from vehicle_agent.mission.load import MissionPlan
 from vehicle_agent.mission.tasks import MapTask
 from vehicle_agent.wire.landmark_blob import unpack_landmarks

@@ -11,7 +11,7 @@ from scipy.interpolate import RectBivariateSpline
 from missions.bench.mapping_kernels import look, surface_heights
 from vehicle_agent.domain.frames import FloatArray
 from vehicle_agent.domain.grid import IndexArray
-from vehicle_agent.domain.landmarks import LandmarkLayout, LandmarkParams
+from vehicle_agent.domain.landmark_layout import LandmarkLayout, LandmarkParams
 from vehicle_agent.domain.range_sensing import RangeSensor
 
 TERRAIN = Path(__file__).parent.parent / "terrain" / "jacksboro.npz"

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from vehicle_agent.domain.done_sketch import SKETCH_BYTES, DoneSketch, SketchBook
 from vehicle_agent.domain.grid import Grid
-from vehicle_agent.domain.landmarks import LandmarkLayout
+from vehicle_agent.domain.landmark_layout import LandmarkLayout
 
 SIDES = st.integers(1, 12)
 

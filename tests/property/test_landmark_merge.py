@@ -6,8 +6,9 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
+from vehicle_agent.domain.landmark_layout import LandmarkLayout, LandmarkParams
 from vehicle_agent.domain.landmark_records import SEAL, LandmarkRecords
-from vehicle_agent.domain.landmarks import LandmarkLayout, LandmarkMap, LandmarkParams
+from vehicle_agent.domain.landmarks import LandmarkMap
 
 LANDMARKS, VEHICLES = 5, 3
 LAYOUT = LandmarkLayout(np.column_stack((np.arange(LANDMARKS, dtype=float), np.zeros(LANDMARKS))), 1.0)

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from vehicle_agent.domain.grid import Grid
+from vehicle_agent.domain.landmark_layout import LandmarkLayout, LandmarkParams
 from vehicle_agent.domain.landmark_records import ACCURATE, SEAL, LandmarkRecords
-from vehicle_agent.domain.landmarks import LandmarkLayout, LandmarkMap, LandmarkParams
+from vehicle_agent.domain.landmarks import LandmarkMap
 
 PARAMS = LandmarkParams(accurate_sd_m=0.1, best_sd_m=0.05, lowest_m=-20.0, highest_m=5.0, attempts_limit=30)
 LAYOUT = LandmarkLayout.at_cells(Grid(0.0, 0.0, 2.0, 4, 3))

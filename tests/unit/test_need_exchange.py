@@ -7,8 +7,9 @@ import pytest
 
 from vehicle_agent.domain.done_sketch import SKETCH_BYTES, DoneSketch
 from vehicle_agent.domain.grid import Grid
+from vehicle_agent.domain.landmark_layout import LandmarkLayout, LandmarkParams
 from vehicle_agent.domain.landmark_records import SEAL, LandmarkRecords
-from vehicle_agent.domain.landmarks import LandmarkLayout, LandmarkMap, LandmarkParams
+from vehicle_agent.domain.landmarks import LandmarkMap
 from vehicle_agent.planning.interface import Teammate
 from vehicle_agent.planning.mapping.need_exchange import NeedExchange, Packet
 

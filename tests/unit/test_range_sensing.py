@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from vehicle_agent.domain.gaussian_map import fit_gaussian_map
-from vehicle_agent.domain.landmarks import LandmarkParams
+from vehicle_agent.domain.landmark_layout import LandmarkParams
 from vehicle_agent.domain.range_sensing import RangeSensor, expected_information, heights_from_ranges
 
 SENSOR = RangeSensor(range_m=30.0, noise_share=0.02)

@@ -10,7 +10,8 @@ from scipy.spatial import KDTree
 
 from vehicle_agent.domain.frames import FloatArray
 from vehicle_agent.domain.grid import Grid
-from vehicle_agent.domain.landmarks import LandmarkLayout, LandmarkMap, LandmarkParams
+from vehicle_agent.domain.landmark_layout import LandmarkLayout, LandmarkParams
+from vehicle_agent.domain.landmarks import LandmarkMap
 from vehicle_agent.domain.range_sensing import RangeSensor
 from vehicle_agent.planning.interface import Finished, Teammate, Waypoint
 from vehicle_agent.planning.mapping.infill import telling_track

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vehicle_agent.domain.grid import IndexArray
-from vehicle_agent.domain.landmarks import LandmarkLayout
+from vehicle_agent.domain.landmark_layout import LandmarkLayout
 from vehicle_agent.domain.polygon import BoolArray
 
 SKETCH_BYTES = 6
@@ -72,9 +72,13 @@ class SketchBook:
         marked[: len(around)] = whole[around]
         return DoneSketch(centre, np.packbits(marked).tobytes())
 
+    def is_readable(self, sketch: DoneSketch) -> bool:
+        """Whether a sketch can be of this layout."""
+        return 0 <= sketch.centre < len(self._sizes) and len(sketch.bits) == SKETCH_BYTES
+
     def landmarks_in(self, sketch: DoneSketch) -> IndexArray:
         """Ids of landmarks that a sketch calls done, increasing; none when it cannot be of this layout."""
-        if not 0 <= sketch.centre < len(self._sizes) or len(sketch.bits) != SKETCH_BYTES:
+        if not self.is_readable(sketch):
             return np.empty(0, np.int64)
         around = self._patches_around(sketch.centre)
         marked = np.unpackbits(np.frombuffer(sketch.bits, dtype=np.uint8))[: len(around)]

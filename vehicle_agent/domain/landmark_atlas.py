@@ -10,8 +10,9 @@ import numpy.typing as npt
 
 from vehicle_agent.domain.frames import FloatArray
 from vehicle_agent.domain.grid import Grid
+from vehicle_agent.domain.landmark_layout import LandmarkLayout, LandmarkParams
 from vehicle_agent.domain.landmark_records import SEAL, LandmarkRecords
-from vehicle_agent.domain.landmarks import LandmarkLayout, LandmarkMap, LandmarkParams
+from vehicle_agent.domain.landmarks import LandmarkMap
 from vehicle_agent.domain.polygon import BoolArray
 
 

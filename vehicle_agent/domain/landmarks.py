@@ -16,13 +16,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from vehicle_agent.domain.frames import FloatArray
-from vehicle_agent.domain.grid import Grid, IndexArray
+from vehicle_agent.domain.grid import IndexArray
+from vehicle_agent.domain.landmark_belief import LandmarkBelief
+from vehicle_agent.domain.landmark_layout import LandmarkLayout, LandmarkParams
 from vehicle_agent.domain.landmark_records import (
     ACCURATE,
-    MAX_ATTEMPTS,
-    MAX_HEIGHT_QUANTA,
     MAX_INFORMATION,
-    QUANTA_PER_ACCURATE_SD,
     SEAL,
     Integers,
     LandmarkRecords,
@@ -33,84 +32,6 @@ from vehicle_agent.domain.landmark_records import (
     word_of,
 )
 from vehicle_agent.domain.polygon import BoolArray
-
-
-@dataclass(frozen=True, slots=True)
-class LandmarkLayout:
-    """Where the landmarks stand: the (x_l, y_l) of section 3.1, known to all before the mission.
-
-    Attributes
-    ----------
-    positions_en_m
-        (N, 2) float64, east and north in ENU metres; a landmark's id is its row.
-    spacing_m
-        Typical distance between neighbours.
-    """
-
-    positions_en_m: FloatArray
-    spacing_m: float
-
-    def __post_init__(self) -> None:
-        if self.positions_en_m.ndim != 2 or self.positions_en_m.shape[1] != 2 or len(self.positions_en_m) == 0:
-            raise ValueError("a layout needs at least one landmark, as (N, 2) east and north")
-        if not np.isfinite(self.positions_en_m).all():
-            raise ValueError("landmarks stand at finite places")
-        if not (self.spacing_m > 0 and math.isfinite(self.spacing_m)):
-            raise ValueError("spacing_m must be positive")
-
-    @classmethod
-    def at_cells(cls, grid: Grid, cells: BoolArray | None = None) -> LandmarkLayout:
-        """A landmark at the centre of every cell (or of those marked), in the order of flat indices."""
-        indices = np.arange(grid.cells) if cells is None else np.flatnonzero(cells)
-        return cls(grid.centres_of(indices.astype(np.int64)), grid.cell_m)
-
-    def __len__(self) -> int:
-        return len(self.positions_en_m)
-
-
-@dataclass(frozen=True, slots=True)
-class LandmarkParams:
-    """What counts as accurately estimated, and what can be believed.
-
-    Attributes
-    ----------
-    accurate_sd_m
-        A landmark is accurately estimated when its standard deviation is at most this (definition 2).
-    best_sd_m
-        No single measurement is better: the sensor's own limit, which no message may claim to beat.
-    lowest_m, highest_m
-        ENU z between which every landmark's height lies.
-    attempts_limit
-        A landmark that was measured so often without becoming accurate is given up (footnote 3).
-    """
-
-    accurate_sd_m: float
-    best_sd_m: float
-    lowest_m: float
-    highest_m: float
-    attempts_limit: int = 200
-
-    def __post_init__(self) -> None:
-        if not (self.accurate_sd_m > 0 and math.isfinite(self.accurate_sd_m)):
-            raise ValueError("accurate_sd_m must be positive")
-        if not (self.best_sd_m > 0 and math.isfinite(self.best_sd_m)):
-            raise ValueError("best_sd_m must be positive")
-        if not -math.inf < self.lowest_m < self.highest_m < math.inf:
-            raise ValueError("lowest_m must be below highest_m")
-        if not 1 <= self.attempts_limit <= MAX_ATTEMPTS:
-            raise ValueError(f"attempts_limit must be from 1 to {MAX_ATTEMPTS}")
-        if max(abs(self.lowest_m), abs(self.highest_m)) / self.quantum_m >= MAX_HEIGHT_QUANTA:
-            raise ValueError("accurate_sd_m is too small for heights from lowest_m to highest_m")
-
-    @property
-    def quantum_m(self) -> float:
-        """What heights are told in, metres."""
-        return self.accurate_sd_m / QUANTA_PER_ACCURATE_SD
-
-    @property
-    def best_information(self) -> int:
-        """Most that one measurement can add, in parts of `ACCURATE`."""
-        return min(math.ceil(ACCURATE * (self.accurate_sd_m / self.best_sd_m) ** 2), MAX_INFORMATION // 128)
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,6 +91,7 @@ class LandmarkMap:
             raise ValueError(f"vehicle {own_index} is not one of a team of {vehicles}, at most 64")
         self.layout, self.params, self.own_index = layout, params, own_index
         count = len(layout)
+        self._belief = LandmarkBelief(count, vehicles, params)
         self.heights_m: FloatArray = np.full(count, np.nan)
         self.sd_m: FloatArray = np.full(count, np.inf)
         self.accurate: BoolArray = np.zeros(count, dtype=np.bool_)
@@ -246,7 +168,7 @@ class LandmarkMap:
     def merge(self, records: LandmarkRecords) -> Merged:
         """Join what a teammate says; impossible records are dropped and counted, never raised."""
         dropped: Counter[str] = Counter()
-        records = self._believable(records, dropped)
+        records = self._belief.sifted(records, dropped)
         if len(records) == 0:
             return Merged(np.empty(0, np.int64), np.empty(0, np.int64), dropped)
         words = word_of(records.attempts, records.information, records.heights)
@@ -270,7 +192,7 @@ class LandmarkMap:
         Nothing (0) where the landmark is accurate already, and for records of landmarks or contributors unknown.
         """
         gain = np.zeros(len(records))
-        rows = np.flatnonzero(self._is_known(records) & self._is_of_team(records))
+        rows = np.flatnonzero(self._belief.is_known(records) & self._belief.is_of_team(records))
         rows = rows[~self.accurate[records.landmarks[rows]]]
         ids, owners = records.landmarks[rows], records.contributors[rows]
         sealing = owners == SEAL
@@ -315,46 +237,6 @@ class LandmarkMap:
         return np.array_equal(self._contributed, other._contributed) and np.array_equal(self._seals, other._seals)
 
     __hash__ = None  # type: ignore[assignment]
-
-    def _believable(self, records: LandmarkRecords, dropped: Counter[str]) -> LandmarkRecords:
-        """The records that can be true; reasons of the others are counted."""
-        for reason, possible in (
-            ("unknown landmark", self._is_known),
-            ("unknown contributor", self._is_of_team),
-            ("impossible attempts", self._was_attempted),
-            ("impossible height", self._is_within),
-            ("too confident", self._is_attainable),
-        ):
-            good = possible(records)
-            if not good.all():
-                dropped[reason] += int(np.count_nonzero(~good))
-                records = records[good]
-        return records
-
-    def _is_known(self, records: LandmarkRecords) -> BoolArray:
-        known: BoolArray = (records.landmarks >= 0) & (records.landmarks < len(self.layout))
-        return known
-
-    def _is_of_team(self, records: LandmarkRecords) -> BoolArray:
-        ours: BoolArray = (records.contributors >= SEAL) & (records.contributors < self.vehicles)
-        return ours
-
-    def _was_attempted(self, records: LandmarkRecords) -> BoolArray:
-        within = (records.attempts >= 1) & (records.attempts <= self.params.attempts_limit)
-        return np.where(records.contributors == SEAL, records.attempts == 0, within)
-
-    def _is_within(self, records: LandmarkRecords) -> BoolArray:
-        low, high = (height / self.params.quantum_m for height in (self.params.lowest_m, self.params.highest_m))
-        within: BoolArray = (records.heights >= low - 1) & (records.heights <= high + 1)
-        return within
-
-    def _is_attainable(self, records: LandmarkRecords) -> BoolArray:
-        """A contributor stops when a landmark is accurate, so that it exceeds that by one measurement at most."""
-        one = self.params.best_information
-        most = np.minimum(np.clip(records.attempts, 0, MAX_ATTEMPTS) * one, ACCURATE + one)
-        told = (records.information >= 0) & (records.information <= most)
-        sealed = (records.information >= ACCURATE) & (records.information <= self.vehicles * (ACCURATE + one))
-        return np.where(records.contributors == SEAL, sealed, told)
 
     def _adopt(self, ids: IndexArray) -> None:
         """Continue own sums that a teammate remembers better: those of before a restart."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vehicle_agent.domain.frames import FloatArray, Point
-from vehicle_agent.domain.landmarks import LandmarkParams
+from vehicle_agent.domain.landmark_layout import LandmarkParams
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vehicle_agent.domain.landmarks import LandmarkParams
+from vehicle_agent.domain.landmark_layout import LandmarkParams
 from vehicle_agent.domain.range_sensing import RangeSensor
 from vehicle_agent.mission.plan import MissionPlan
 from vehicle_agent.mission.tasks import MapTask

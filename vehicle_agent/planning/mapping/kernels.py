@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from vehicle_agent.domain.grid import Grid
-from vehicle_agent.domain.landmarks import LandmarkLayout, LandmarkMap, LandmarkParams
+from vehicle_agent.domain.landmark_layout import LandmarkLayout, LandmarkParams
+from vehicle_agent.domain.landmarks import LandmarkMap
 from vehicle_agent.domain.polygon import BoolArray
 from vehicle_agent.domain.range_sensing import RangeSensor
 from vehicle_agent.planning.interface import Teammate

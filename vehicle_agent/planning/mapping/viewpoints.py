@@ -13,7 +13,7 @@ import numpy as np
 from vehicle_agent.domain.compiled import compiled
 from vehicle_agent.domain.frames import FloatArray
 from vehicle_agent.domain.grid import IndexArray
-from vehicle_agent.domain.landmarks import LandmarkLayout
+from vehicle_agent.domain.landmark_layout import LandmarkLayout
 from vehicle_agent.domain.polygon import BoolArray
 
 
