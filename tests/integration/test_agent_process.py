@@ -7,13 +7,13 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 
+from tests.fakes.waiting import until
 from vehicle_agent.adapters.file_journal import FileJournal, JournalHeader
 from vehicle_agent.adapters.mavsdk_autopilot import MavsdkAutopilot
 from vehicle_agent.link.session import FleetLink
@@ -74,14 +74,6 @@ def make_plan(folder: Path, port_base: int, speedup: float, size_m: float = 1_50
     ports = {"zenoh_port": port_base, "mavlink_port": port_base + 100}
     path.write_text(MISSION.format(size_m=size_m, speedup=speedup, **ports))
     return load_mission(path)
-
-
-def until(condition: Callable[[], bool], what: str) -> None:
-    deadline_s = time.monotonic() + DEADLINE_S
-    while not condition():
-        if time.monotonic() > deadline_s:
-            pytest.fail(f"still waiting for {what}")
-        time.sleep(0.01)
 
 
 @contextmanager

@@ -7,12 +7,12 @@ import signal
 import socket
 import subprocess
 import sys
-import time
 from collections.abc import Callable, Iterator
 
 import pytest
 import zenoh
 
+from tests.fakes.waiting import until
 from vehicle_agent.link.pacing import BulkSender, TokenBucket
 from vehicle_agent.link.profile import session_profile, zenoh_config
 from vehicle_agent.link.receiving import ReceiveQueue
@@ -26,14 +26,6 @@ def free_endpoint() -> str:
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         return f"tcp/127.0.0.1:{probe.getsockname()[1]}"
-
-
-def until(condition: Callable[[], bool], what: str) -> None:
-    deadline_s = time.monotonic() + DEADLINE_S
-    while not condition():
-        if time.monotonic() > deadline_s:
-            pytest.fail(f"still waiting for {what}")
-        time.sleep(0.01)
 
 
 def event(sender: str, number: int, boot_id: int = 1) -> Event:

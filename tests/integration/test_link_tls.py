@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import shutil
 import subprocess
-import time
 from pathlib import Path
 
 import pytest
@@ -14,13 +13,13 @@ from ground_station.cli import main
 from ground_station.link import open_link
 from missions.bench.detection import free_ports
 from missions.bench.talking_fleet import TalkingLink, mission_text
+from tests.fakes.waiting import until
 from vehicle_agent.link.session import FleetLink, LinkError
 from vehicle_agent.link.tls import TlsFiles, refusal
 from vehicle_agent.mission.load import MissionPlan, load_mission
 from vehicle_agent.wire.messages import Status
 
 pytestmark = pytest.mark.skipif(shutil.which("openssl") is None, reason="needs the openssl program")
-DEADLINE_S = 30.0
 
 
 def openssl(folder: Path, *arguments: str) -> None:
@@ -60,14 +59,15 @@ def agent(plan: MissionPlan):  # type: ignore[no-untyped-def]
 
 def test_a_station_of_the_fleet_hears_the_vehicle(plan: MissionPlan, agent: FleetLink) -> None:
     station = open_link(plan, "station-0001")
-    voice, heard, deadline_s = TalkingLink(plan), [], time.monotonic() + DEADLINE_S
-    while not heard and time.monotonic() < deadline_s:
+    voice = TalkingLink(plan)
+
+    def is_heard() -> bool:
         for message in voice.say(0, 1):
             agent.publish(message)
-        time.sleep(0.05)
-        heard = [message for message in station.poll() if isinstance(message, Status)]
+        return any(isinstance(message, Status) and message.sender == "vehicle-1" for message in station.poll())
+
+    until(is_heard, "the vehicle's status")
     station.close()
-    assert heard
 
 
 def test_a_strangers_certificate_is_refused_in_plain_words(plan: MissionPlan, agent: FleetLink) -> None:
@@ -92,7 +92,9 @@ def test_a_vehicle_of_another_authority_is_refused_here(plan: MissionPlan, agent
 
 
 def test_a_vehicle_that_is_not_there_yet_is_no_refusal(plan: MissionPlan) -> None:
-    open_link(plan, "station-0001").close()
+    station = open_link(plan, "station-0001")
+    assert station.connected_peers() == 0
+    station.close()
 
 
 def test_a_missing_or_wrong_file_is_named_with_its_key(plan: MissionPlan) -> None:

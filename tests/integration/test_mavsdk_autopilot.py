@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 import pytest
 
 from tests.fakes.copter import UNIX_EPOCH_MS, Behaviour, ScriptedCopter, free_port, scripted_copter
+from tests.fakes.waiting import until
 from vehicle_agent.adapters.mavsdk_autopilot import AutopilotError, MavsdkAutopilot
 from vehicle_agent.domain.frames import Datum, Geodetic
 from vehicle_agent.ports import (
@@ -44,15 +44,16 @@ class Agent:
         self._actions = 0
 
     def until(self, condition: Callable[[], bool], what: str) -> None:
-        deadline_s = time.monotonic() + DEADLINE_S
-        while not condition():
-            if time.monotonic() > deadline_s:
-                pytest.fail(f"still waiting for {what}")
+        def polled() -> bool:
+            if condition():
+                return True
             state, results, texts = self.autopilot.poll()
             self.states += [state] if state else []
             self.results += results
             self.texts += texts
-            time.sleep(0.005)
+            return False
+
+        until(polled, what)
 
     def submit(self, order: Order) -> int:
         self._actions += 1
@@ -145,12 +146,14 @@ def test_heartbeats_follow_the_vehicles_clock_and_stop_when_nobody_polls(pair: t
     assert {(message.get_srcSystem(), message.autopilot) for message in beats} == {(CONTROLLER_ID, 8)}
     quiet_since = begun_ms
     count = ours()
-    deadline_s = time.monotonic() + DEADLINE_S
-    while copter.boot_ms - quiet_since < 15_000:  # nobody polls: until no beat for 15 vehicle seconds
-        assert time.monotonic() < deadline_s, "a hung agent still beats"
+
+    def is_quiet() -> bool:
+        nonlocal count, quiet_since
         if ours() > count:
             count, quiet_since = ours(), copter.boot_ms
-        time.sleep(0.01)
+        return copter.boot_ms - quiet_since >= 15_000
+
+    until(is_quiet, "a hung agent to beat no more for 15 vehicle seconds")  # nobody polls meanwhile
 
 
 def test_lost_commands_are_sent_again(pair: tuple[ScriptedCopter, Agent]) -> None:
@@ -224,6 +227,8 @@ def test_a_silent_stream_is_asked_for_again(pair: tuple[ScriptedCopter, Agent]) 
     agent.until(lambda: len(copter.commands(SET_INTERVAL)) >= asked + 4, "the streams to be asked for")
     seen = len(agent.states)
     agent.until(lambda: len(agent.states) > max(seen, count) + 3, "positions again")
+    stamps = [state.stamp_ms for state in agent.states[count:]]
+    assert stamps == sorted(stamps)
 
 
 def test_the_vehicle_may_come_late_and_come_back() -> None:
@@ -239,10 +244,17 @@ def test_the_vehicle_may_come_late_and_come_back() -> None:
         assert all(stamp >= UNIX_EPOCH_MS for stamp in stamps)
 
 
-@pytest.mark.parametrize("behaviour", [Behaviour(rival=CONTROLLER_ID)])
-def test_a_rival_with_the_same_id_is_noticed(pair: tuple[ScriptedCopter, Agent]) -> None:
+@pytest.mark.parametrize(
+    ("behaviour", "noticed"), [(Behaviour(rival=CONTROLLER_ID), True), (Behaviour(rival=CONTROLLER_ID + 1), False)]
+)
+def test_a_rival_with_the_same_id_is_noticed_and_another_station_is_none(
+    pair: tuple[ScriptedCopter, Agent], noticed: bool
+) -> None:
     _, agent = pair
-    agent.until(lambda: bool(agent.states) and agent.states[-1].rival_controller, "the rival")
+    agent.until(
+        lambda: len(agent.states) > 20 and agent.states[-1].rival_controller == noticed, "states and the rival in them"
+    )
+    assert any(state.rival_controller for state in agent.states) == noticed
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -18,6 +17,7 @@ from missions.flown import Changes
 from missions.summary import Summary
 from tests.fakes.flown_runs import REPOSITORY, write_mission
 from tests.fakes.hill_missions import copters, hill_mission
+from tests.fakes.waiting import until
 
 pytestmark = pytest.mark.processes
 
@@ -89,13 +89,6 @@ class Run:
             return {json.loads(line)["sender"] for line in lines if line.endswith("}")} == {"one", "two"}
 
         until(all_speak)
-
-
-def until(condition: Callable[[], bool]) -> None:
-    deadline = time.monotonic() + DEADLINE_S
-    while not condition():
-        assert time.monotonic() < deadline, "the condition did not come true"
-        time.sleep(0.05)
 
 
 @pytest.fixture

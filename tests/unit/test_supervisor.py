@@ -6,13 +6,12 @@ import os
 import signal
 import subprocess
 import sys
-import time
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from missions.supervisor import Change, Loss, Notice, Output, ProcessSpec, Readiness, State, Supervisor
+from tests.fakes.waiting import until
 
 REPOSITORY = Path(__file__).parents[2]
 DEADLINE_S = 20.0
@@ -21,13 +20,6 @@ DEADLINE_S = 20.0
 def child(tmp_path: Path, code: str, name: str = "child", **changes: object) -> ProcessSpec:
     argv = (sys.executable, "-I", "-S", "-c", code)
     return ProcessSpec(name=name, argv=argv, log=tmp_path / f"{name}.log", loss=Loss.ENDS_MISSION, **changes)  # type: ignore[arg-type]
-
-
-def until(condition: Callable[[], bool]) -> None:
-    deadline = time.monotonic() + DEADLINE_S
-    while not condition():
-        assert time.monotonic() < deadline, "the condition did not come true"
-        time.sleep(0.01)
 
 
 def tick_until(supervisor: Supervisor, change: Change, name: str = "child") -> list[Notice]:
