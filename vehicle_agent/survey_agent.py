@@ -21,7 +21,7 @@ from vehicle_agent.mission.load import MissionPlan
 from vehicle_agent.mission.talk import PACKETS_PER_STATUS, packet_of
 from vehicle_agent.mission.tasks import MapTask
 from vehicle_agent.mission.vehicles import SingleBeamSensor
-from vehicle_agent.planning.mapping.choose import make_mapping_planner
+from vehicle_agent.planning.mapping.choose import make_mapping_planner, urgent_within_m
 from vehicle_agent.ports import Action, GoTo, Inbox, Outbox, Sounding, VehicleState
 from vehicle_agent.wire.keys import TOPIC_BY_NAME
 from vehicle_agent.wire.messages import AnyMessage, LandmarkDigest, Landmarks, Stage
@@ -82,14 +82,16 @@ class SurveyAgent(VehicleAgent):
         assert isinstance(mission.task, MapTask)
         self._share = LandmarkShare(plan, index)
         self._talk = LandmarkTalk(
-            self._share, plan.vehicle_names, index, mission.task.capacity, self._modem.packet_bytes
+            self._share, plan.vehicle_names, index, mission.task.capacity, urgent_within_m(mission.task)
         )
         depth_m = vehicle.depth_m or 0.0
         self._drift = Drift(
             mission.simulation.water_level_m, 2.0 * depth_m / vehicle.climb_m_s, mission.task.accurate_sd_m
         )
+        self._silence_s = mission.safety.teammate_silence_s
         planner = make_mapping_planner(plan, index)
-        return self._share, DepthNavigator(plan, index, planner, self._share, self._talk, self._drift)
+        self._navigator = DepthNavigator(plan, index, planner, self._share, self._talk, self._drift)
+        return self._share, self._navigator
 
     def _hear_ranges(self, inbox: Inbox) -> None:
         """Mend the position by ranges to teammates whose packets came with them, each once."""
@@ -112,18 +114,15 @@ class SurveyAgent(VehicleAgent):
         if sounding.stamp_ms < self._next_reading_ms:
             return
         self._next_reading_ms = round(sounding.stamp_ms + self._between_readings_ms)
-        here, sealed = self._share.sound(
-            self._drift.place_at(sounding.stamp_ms), sounding.range_m, self._drift.unfixed_s
-        )
-        if len(here):
-            self._talk.sounded(here, sealed)
+        self._share.sound(self._drift.place_at(sounding.stamp_ms), sounding.range_m, self._drift.unfixed_s)
 
     def _hear(self, message: AnyMessage) -> None:
         if message.sender == self.name:
             return
         match message:
             case Landmarks():
-                self._talk.hear(message, self._now_s)
+                here_enu_m = to_metres(message.position_cm) if self._state is None else self._state.position_enu_m
+                self._talk.hear(message, self._now_s, here_enu_m)
                 self._knowledge.team.hear_of(message.sender, self._now_s)
             case LandmarkDigest():
                 self._talk.hear_digest(message)
@@ -144,7 +143,14 @@ class SurveyAgent(VehicleAgent):
         if self._packets % PACKETS_PER_STATUS == 1:
             self._say_status(state)
         else:
-            fields = self._talk.fields(state.position_enu_m, self._drift.position_sd_m)
+            waypoint = self._navigator.waypoint
+            fields = self._talk.fields(
+                state.position_enu_m,
+                self._drift.position_sd_m,
+                None if waypoint is None else waypoint.goal_enu_m,
+                self._talk.teammates(self._now_s, self._silence_s),
+                self._modem.room_bytes(),
+            )
             self._voice.say(Landmarks, **fields)
         if self._checksum_rhythm.is_due(self._now_s):
             self._voice.say(LandmarkDigest, checksums=self._talk.digest())

@@ -66,6 +66,48 @@ def test_with_nobody_near_packets_go_on_saying_what_there_is() -> None:
     assert exchange_of([10, 30], [], capacity=2).packet([]).records.landmarks.tolist() == [10, 30]
 
 
+def test_with_nobody_near_packets_come_to_everything() -> None:
+    exchange = exchange_of(list(range(40)), [], capacity=10)
+    told = {landmark for _ in range(4) for landmark in exchange.packet([]).records.landmarks.tolist()}
+    assert told == set(range(40))
+
+
+def test_less_room_than_capacity_is_kept_to() -> None:
+    exchange = exchange_of(list(range(20, 60)), [], capacity=10)
+    packets = [exchange.packet([mate_at(40.5)], room) for room in (0, 1, 4)]
+    assert [len(packet.records) + (packet.sketch is not None) for packet in packets] == [0, 1, 4]
+
+
+def test_what_a_listener_seems_to_lack_is_told_again_least_told_first() -> None:
+    exchange = exchange_of([10], [12])
+    mate = mate_at(11.5)
+    assert exchange.has_untold
+    while exchange.has_untold:
+        exchange.packet([mate])
+    for _ in range(20):
+        exchange.packet([mate])
+    assert len(exchange.packet([mate]).records) == 0
+    exchange.doubt(1, np.array([10, 12]))
+    assert {exchange.packet([mate]).records.landmarks[0] for _ in range(3)} == {10, 12}
+
+
+def test_what_a_listener_told_itself_may_be_doubted_too() -> None:
+    exchange = exchange_of([10], [])
+    exchange.take({1: seal_of(10)}, HERE)
+    assert len(exchange.packet([mate_at(10.5)]).records) == 0
+    exchange.doubt(1, np.array([10]))
+    assert exchange.packet([mate_at(10.5)]).records.landmarks.tolist() == [10]
+
+
+def test_who_begins_anew_is_told_everything_again() -> None:
+    exchange = exchange_of([10], [12], capacity=2)
+    first = exchange.packet([mate_at(10.5)]).records.landmarks.tolist()
+    for _ in range(30):
+        exchange.packet([mate_at(10.5)])
+    exchange.forget(1)
+    assert exchange.packet([mate_at(10.5)]).records.landmarks.tolist() == first
+
+
 def test_a_sketch_takes_the_room_of_one_landmark() -> None:
     exchange = exchange_of(list(range(20, 60)), [], capacity=3)
     packet = exchange.packet([mate_at(40.5)])

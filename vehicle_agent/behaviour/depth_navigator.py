@@ -201,6 +201,7 @@ class DepthNavigator:
             mission.radio.range_m or math.inf,
             self._drift.unfixed_s,
             around.now_s,
+            self._talk.said_done,
         )
 
     def _admissible(self, ends_enu_m: FloatArray) -> BoolArray:

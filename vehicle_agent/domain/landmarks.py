@@ -219,7 +219,10 @@ class LandmarkMap:
         return records_of(ids, np.full(len(ids), self.own_index, np.int64), self._contributed[self.own_index, ids])
 
     def digest(self, blocks: int) -> tuple[int, ...]:
-        """A checksum per block of landmarks (see `block_of`): two maps with equal digests need no repair."""
+        """A checksum per block of landmarks (see `block_of`): maps of equal digests have equal estimates.
+
+        What was measured of a landmark before it became accurate counts no more, and is told no more.
+        """
         return tuple(self._checksum(self.block_of(block, blocks)) for block in range(blocks))
 
     def block_of(self, block: int, blocks: int) -> IndexArray:
@@ -228,7 +231,8 @@ class LandmarkMap:
         return np.arange(edges[block], edges[block + 1], dtype=np.int64)
 
     def _checksum(self, ids: IndexArray) -> int:
-        return zlib.crc32(self._seals[ids].tobytes(), zlib.crc32(self._contributed[:, ids].tobytes()))
+        waiting = np.where(self.accurate[ids], 0, self._contributed[:, ids])
+        return zlib.crc32(self._seals[ids].tobytes(), zlib.crc32(waiting.tobytes()))
 
     def __eq__(self, other: object) -> bool:
         """Whether both know the same, whoever they are."""

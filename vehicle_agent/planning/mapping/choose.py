@@ -32,3 +32,8 @@ def make_mapping_planner(plan: MissionPlan, index: int) -> MappingPlanner:
             from vehicle_agent.planning.mapping.default import ViewpointPlanner  # its kernels load only where used
 
             return ViewpointPlanner(vehicles)
+
+
+def urgent_within_m(task: MapTask) -> float:
+    """Distance from where a teammate is or goes at which what it is told is 1/e as urgent: its next leg's."""
+    return task.step_m

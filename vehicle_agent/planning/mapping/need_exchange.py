@@ -25,6 +25,8 @@ _INACCURATE = 0.5
 """What measurements that would make a landmark accurate count, against one that is."""
 _DOUBT = 0.5
 """How unsure it is after one telling that a listener knows."""
+_LEAST_DOUBT = 0.02
+"""The same once a listener showed that it lacks something where it was thought to know all."""
 _ELSEWHERE = 0.02
 """Urgency of what is far from all listeners, over that of what is where one goes."""
 _PATCH = 0.3
@@ -77,21 +79,34 @@ class NeedExchange:
         self._book = SketchBook(landmarks.layout, _PATCH * near_m)
         self._told_information: FloatArray = np.zeros(count)
         self._unsure: FloatArray = np.ones((landmarks.vehicles, count))
-        """Chance that each teammate does not know that a landmark, accurate here, is accurate."""
+        """Chance that each teammate does not know that a landmark, accurate here, is accurate.
 
-    def packet(self, teammates: Sequence[Teammate]) -> Packet:
-        """What to tell now to those who probably hear it; without any, what was told least."""
+        This vehicle's own row is for whoever else may listen.
+        """
+
+    @property
+    def has_untold(self) -> bool:
+        """Whether this vehicle has measured something that it has told nobody yet."""
+        own = self._map.own_information
+        never = np.where(self._map.accurate, self._unsure[self._map.own_index] == 1.0, own > self._told_information)
+        return bool(np.any(never & (own > 0.0)))
+
+    def packet(self, teammates: Sequence[Teammate], room: int | None = None) -> Packet:
+        """What to tell now to those who probably hear it; without any, what was told least.
+
+        At most `capacity` landmarks, or `room` of them where that is less.
+        """
         known = self._map
+        most = self._capacity if room is None else min(room, self._capacity)
         values = self._values(teammates)
-        listeners = np.array([mate.index for mate in teammates], dtype=np.int64)
-        sketch = self._sketch(values, teammates)
+        listeners = np.array([known.own_index, *(mate.index for mate in teammates)], dtype=np.int64)
+        sketch = self._sketch(values, teammates) if most > 1 else None
         if sketch is not None:
             drawn = self._book.landmarks_in(sketch)
             self._unsure[np.ix_(listeners, drawn)] *= _DOUBT
             values[drawn] *= _DOUBT
         ids = np.flatnonzero(values > _LEAST_VALUE)
-        room = self._capacity - (sketch is not None)
-        chosen = ids[np.argsort(-values[ids], kind="stable")[:room]]
+        chosen = ids[np.argsort(-values[ids], kind="stable")[: most - (sketch is not None)]]
         self._told_information[chosen] = known.own_information[chosen]
         self._unsure[np.ix_(listeners, chosen)] *= _DOUBT
         records = LandmarkRecords.joined(known.seals(chosen), known.own_records(chosen[~known.accurate[chosen]]))
@@ -124,6 +139,21 @@ class NeedExchange:
         kept[sensible] = np.isin(ids, ids[taken[taken < len(ids)]])[inverse]
         return told[kept]
 
+    def doubt(self, listener: int, landmarks: IndexArray) -> None:
+        """A listener seems to lack something of these landmarks: what was told of them less often comes again first."""
+        unsure = np.maximum(self._unsure[listener, landmarks], _LEAST_DOUBT)
+        self._unsure[listener, landmarks] = np.minimum(unsure / _DOUBT, 1.0)
+        self._told_information[landmarks] *= _DOUBT
+
+    def forget(self, listener: int) -> None:
+        """A listener has begun anew and knows nothing of what it was told."""
+        self._unsure[listener] = 1.0
+        self._told_information[:] = 0.0
+
+    def is_readable(self, sketch: DoneSketch) -> bool:
+        """Whether a sketch can be one of this layout."""
+        return self._book.is_readable(sketch)
+
     def _values(self, teammates: Sequence[Teammate]) -> FloatArray:
         """(N,), what telling each landmark is worth to all teammates together."""
         known = self._map
@@ -132,16 +162,14 @@ class NeedExchange:
         values = np.zeros(len(news))
         ids = np.flatnonzero(news)
         if not teammates:
-            values[ids] = news[ids] * np.where(known.accurate[ids], self._unsure[:, ids].max(axis=0), 1.0)
+            values[ids] = news[ids] * np.where(known.accurate[ids], self._unsure[known.own_index, ids], 1.0)
         for mate in teammates:
             unsure = np.where(known.accurate[ids], self._unsure[mate.index, ids], 1.0)
             values[ids] += news[ids] * unsure * self._urgency(ids, _whereabouts(mate))
         return values
 
     def _sketch(self, values: FloatArray, teammates: Sequence[Teammate]) -> DoneSketch | None:
-        """The sketch of most worth around where a teammate is or goes; None when no room is left beside a record."""
-        if self._capacity == 1:
-            return None
+        """The sketch of most worth around where a teammate is or goes."""
         done = np.where(self._map.accurate, values, 0.0)
         places = [place for mate in teammates for place in _whereabouts(mate)]
         centres = sorted({self._book.centre_at(place[0], place[1]) for place in places})
