@@ -34,7 +34,7 @@ from vehicle_agent.wire.messages import Event, Stage
 
 TICK_S = 0.2
 RECORD_PERIOD_S = 1.0
-RANGES_KEY = 2_200
+RADIO_KEY, RANGES_KEY = 2_000, 2_200
 GRACE_S = 1_200.0
 """Time after the mission's limit for the way home, before a run is called off."""
 
@@ -177,48 +177,13 @@ def simulate(
     watch
         Called as often with the simulated seconds and each vehicle's map.
     """
-    mission = plan.mission
     world = world or World.of(plan)
-    fleet = Fleet(plan, world)
     reachable = observable(plan, world)
-    seeds = [np.random.SeedSequence(mission.seed, spawn_key=(index,)) for index in range(len(mission.vehicles))]
-    agents = [make_agent(plan, i, boot_id=1 + i, rng=np.random.default_rng(seed)) for i, seed in enumerate(seeds)]
-    links = [LockstepVehicle(plan, index, fleet) for index in range(len(agents))]
-    radio_rng = np.random.default_rng(np.random.SeedSequence(mission.seed, spawn_key=(2_000,)))
-    radio = Radio(
-        len(agents),
-        RadioParams(mission.radio.range_m, mission.radio.loss, mission.radio.delay_s, mission.radio.rate_bytes_s),
-        radio_rng,
-    )
-    range_rng = np.random.default_rng(np.random.SeedSequence(mission.seed, spawn_key=(RANGES_KEY,)))
-    ranging = AcousticRanges(fleet, range_rng)
-    codecs = [Codec() for _ in agents]
-    record = _Record(fleet, reachable, progress, watch)
-    limit_s = mission.stop.time_limit_s + GRACE_S
-    while not all(agent.finished for agent in agents) and fleet.time_s < limit_s:
-        fleet.step(TICK_S)
-        for receiver, data in radio.receive(fleet.time_s):
-            message = codecs[receiver].decode(data)
-            if message is not None:
-                links[receiver].inbox.messages.append(message)
-                if (measured := ranging.heard(receiver, message)) is not None:
-                    links[receiver].inbox.ranges.append(measured)
-        positions = [vehicle.pilot.position_enu_m for vehicle in fleet.vehicles]
-        for index, agent in enumerate(agents):
-            now_s, inbox = links[index].take_inbox()
-            agent.messages_dropped = codecs[index].dropped
-            outbox = agent.step(now_s, inbox)
-            if agent.stage is Stage.WORKING:
-                record.worked_at_enu_m[agent.name] = positions[index]
-            links[index].carry_out(outbox.actions)
-            for message in outbox.messages:
-                data = codecs[index].encode(message)
-                agent.bytes_sent += len(data) + len(key(mission.name, agent.name, topic_of(message)))
-                radio.send(index, data, fleet.time_s, positions)
-                ranging.sent(index, message)
-                if isinstance(message, Event):
-                    record.events.append((round(fleet.time_s, 3), agent.name, message.code, message.text))
-        record.tick([agent.map for agent in agents])
+    run = _Run(plan, world, reachable, progress, watch)
+    limit_s = plan.mission.stop.time_limit_s + GRACE_S
+    while not all(agent.finished for agent in run.agents) and run.fleet.time_s < limit_s:
+        run.tick()
+    agents, fleet, record = run.agents, run.fleet, run.record
     team_map = merged([agent.map for agent in agents])
     return LockstepResult(
         plan=plan,
@@ -230,7 +195,7 @@ def simulate(
         observed_fraction_curve=np.array(record.observed_fractions),
         elapsed_s=fleet.time_s,
         bytes_sent=[agent.bytes_sent for agent in agents],
-        messages_dropped=[codec.dropped for codec in codecs],
+        messages_dropped=[codec.dropped for codec in run.codecs],
         finished=[agent.finished for agent in agents],
         crashed=[vehicle.crashed for vehicle in fleet.vehicles],
         min_separation_m=fleet.referee.min_separation_m,
@@ -240,6 +205,71 @@ def simulate(
         depth_map=draw_depth_map(plan, team_map, world.elevation_m) if isinstance(team_map, LandmarkAtlas) else None,
         true_solid=None if world.town is None else world.town.solid,
     )
+
+
+class _Run:
+    """The fleet, its agents and the air between them, a tick at a time."""
+
+    def __init__(
+        self,
+        plan: MissionPlan,
+        world: World,
+        reachable: np.ndarray[Any, np.dtype[np.bool_]],
+        progress: Callable[[float, float], None] | None,
+        watch: Callable[[float, Sequence[TeamMap]], None] | None,
+    ) -> None:
+        mission, vehicles = plan.mission, range(len(plan.mission.vehicles))
+        self._plan = plan
+        self.fleet = Fleet(plan, world)
+        self.agents = [make_agent(plan, index, boot_id=1 + index, rng=_rng(plan, index)) for index in vehicles]
+        self.codecs = [Codec() for _ in vehicles]
+        self.record = _Record(self.fleet, reachable, progress, watch)
+        self._links = [LockstepVehicle(plan, index, self.fleet) for index in vehicles]
+        params = RadioParams(
+            mission.radio.range_m, mission.radio.loss, mission.radio.delay_s, mission.radio.rate_bytes_s
+        )
+        self._radio = Radio(len(vehicles), params, _rng(plan, RADIO_KEY))
+        self._ranging = AcousticRanges(self.fleet, _rng(plan, RANGES_KEY))
+
+    def tick(self) -> None:
+        """Move all bodies, deliver what has arrived, let every agent step, and take note."""
+        self.fleet.step(TICK_S)
+        self._deliver()
+        positions = [vehicle.pilot.position_enu_m for vehicle in self.fleet.vehicles]
+        for index in range(len(self.agents)):
+            self._step(index, positions)
+        self.record.tick([agent.map for agent in self.agents])
+
+    def _deliver(self) -> None:
+        for receiver, data in self._radio.receive(self.fleet.time_s):
+            message = self.codecs[receiver].decode(data)
+            if message is not None:
+                inbox = self._links[receiver].inbox
+                inbox.messages.append(message)
+                if (measured := self._ranging.heard(receiver, message)) is not None:
+                    inbox.ranges.append(measured)
+
+    def _step(self, index: int, positions: list[Point]) -> None:
+        """Let one agent decide; its orders and messages go out at once."""
+        agent, link, codec, now_s = self.agents[index], self._links[index], self.codecs[index], self.fleet.time_s
+        unix_s, inbox = link.take_inbox()
+        agent.messages_dropped = codec.dropped
+        outbox = agent.step(unix_s, inbox)
+        if agent.stage is Stage.WORKING:
+            self.record.worked_at_enu_m[agent.name] = positions[index]
+        link.carry_out(outbox.actions)
+        for message in outbox.messages:
+            data = codec.encode(message)
+            agent.bytes_sent += len(data) + len(key(self._plan.mission.name, agent.name, topic_of(message)))
+            self._radio.send(index, data, now_s, positions)
+            self._ranging.sent(index, message)
+            if isinstance(message, Event):
+                self.record.events.append((round(now_s, 3), agent.name, message.code, message.text))
+
+
+def _rng(plan: MissionPlan, purpose: int) -> np.random.Generator:
+    """A generator of its own for one purpose: an agent by its index, or one of the keys."""
+    return np.random.default_rng(np.random.SeedSequence(plan.mission.seed, spawn_key=(purpose,)))
 
 
 class _Record:
