@@ -82,7 +82,7 @@ class EchoSounder:
 
     def sound(self, places_en_m: FloatArray) -> Soundings:
         """One sounding at every place, (N, 2) ENU metres."""
-        truth = _at(self._floor_m, places_en_m)
+        truth = on_floor(self._floor_m, places_en_m)
         sds = NOISE_SHARE * (-DEPTH_M - truth)
         heights = truth + sds * self._rng.standard_normal(len(truth))
         # A vehicle knows its noise only by the range that it measured.
@@ -180,7 +180,7 @@ class _Surveyor:
         self._strengths = None
         self._way = self._survey.first_lines((SIDE_M * index, 0.0))
         if known_strength is not None:
-            self._strengths = _at(known_strength, self._survey.nodes_en_m)
+            self._strengths = on_floor(known_strength, self._survey.nodes_en_m)
             self._way = self._way[:1]
         self._known: list[Soundings] = []
         self._untold: list[Soundings] = []
@@ -240,7 +240,7 @@ class _Surveyor:
         self._next, self._left_in_part_m = 1, self._survey.params.part_m
 
 
-def _at(grid_values: FloatArray, places_en_m: FloatArray) -> FloatArray:
+def on_floor(grid_values: FloatArray, places_en_m: FloatArray) -> FloatArray:
     """Values of a floor's cells at places: (200, 200), (N, 2) -> (N,)."""
     values: FloatArray = map_coordinates(grid_values, (places_en_m / CELL_M - 0.5).T, order=1, mode="nearest")
     return values

@@ -169,12 +169,14 @@ def mapping(
 @bench.command()
 @click.option("--seeds", type=click.IntRange(1, 1000), default=10, show_default=True, help="Sea floors of each kind.")
 @SEED
+@click.option("--limits", is_flag=True, help="What tracks could reach that are laid by who knows the floor beforehand.")
 @JSON
-def bathymetry(seeds: int, seed: int, json_file: Path | None) -> None:
+def bathymetry(seeds: int, seed: int, limits: bool, json_file: Path | None) -> None:
     """Survey sea floors with two vehicles' echo sounders, where it pays and by lines; tell L2 errors of the maps."""
     from missions.bench.bathymetry import bench_bathymetry
+    from missions.bench.bathymetry_limits import bench_limits
 
-    sys.exit(bench_bathymetry(seeds, seed, json_file))
+    sys.exit((bench_limits if limits else bench_bathymetry)(seeds, seed, json_file))
 
 
 @bench.command()

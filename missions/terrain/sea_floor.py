@@ -34,6 +34,7 @@ CROPS: dict[FloorName, tuple[slice, slice]] = {
 """Rows and columns of the source."""
 SIDE_M = 100.0
 CELL_M = 0.5
+COVARIANCE_CELL_M = 0.125
 TOP_M, RELIEF_M = -6.0, 14.0
 FITTED_LAGS = (1, 2, 3, 4)
 """In cells of the piece: the second differences that the power law is fitted to."""
@@ -81,10 +82,35 @@ def sea_floor(name: FloorName, seed: int) -> FloatArray:
     """One floor: (200, 200) float64, columns to the east and rows to the north, ENU z at centres of `CELL_M` cells."""
     rng = _generator(seed)
     piece = _piece(name, rng)
-    piece_cell_m = SIDE_M / (len(piece) - 1)
+    cells = round(SIDE_M / CELL_M)
+    noise = rng.standard_normal((cells, cells))
+    detail: FloatArray = np.fft.ifft2(np.fft.fft2(noise) * _amplitude(piece)).real
+    floor: FloatArray = floor_without_detail(name, seed) + floor_strength(name, seed) * detail
+    return floor
+
+
+def floor_without_detail(name: FloorName, seed: int) -> FloatArray:
+    """What the real data show of a floor: (200, 200) float64, ENU z."""
+    piece = _piece(name, _generator(seed))
     surface: FloatArray = map_coordinates(piece, _cells_in(piece), order=3, mode="nearest")
-    detail = _field(roughness_of(piece, piece_cell_m), 2.0 * piece_cell_m, len(surface), rng)
-    return surface + floor_strength(name, seed) * detail
+    return surface
+
+
+def detail_covariance(name: FloorName) -> FloatArray:
+    """Covariance of the detail, before its strength, over distances along both axes of 0, `COVARIANCE_CELL_M`, ...
+
+    (800, 800) float64 square metres, seamless at its edges as the detail is; of a floor interpolated between cells.
+    """
+    with as_file(files("missions.terrain") / "sea_floors.npz") as path, np.load(path, allow_pickle=False) as source:
+        piece = _scaled(source[f"{name}_elevation_m"].astype(np.float64))
+    amplitude = _amplitude(piece)
+    cells, fine = len(amplitude), round(SIDE_M / COVARIANCE_CELL_M)
+    left = np.sinc(np.fft.fftfreq(cells)) ** 4  # of a wave's power, by linear interpolation
+    power = np.zeros((fine, fine))
+    rows = np.round(np.fft.fftfreq(cells) * cells).astype(np.int64) % fine
+    power[np.ix_(rows, rows)] = amplitude**2 * left[:, None] * left
+    covariance: FloatArray = np.fft.ifft2(power).real * (fine / cells) ** 2
+    return covariance
 
 
 def floor_strength(name: FloorName, seed: int) -> FloatArray:
@@ -105,6 +131,10 @@ def _piece(name: FloorName, rng: np.random.Generator) -> FloatArray:
     way = int(rng.integers(8))
     piece = np.rot90(piece, way % 4)
     piece = piece[:, ::-1] if way >= 4 else piece
+    return _scaled(piece)
+
+
+def _scaled(piece: FloatArray) -> FloatArray:
     scaled: FloatArray = TOP_M + RELIEF_M * (piece - piece.max()) / np.ptp(piece)
     return scaled
 
@@ -116,15 +146,16 @@ def _cells_in(piece_m: FloatArray) -> FloatArray:
     return np.array(np.meshgrid(at, at, indexing="ij"))
 
 
-def _field(roughness: Roughness, longest_m: float, cells: int, rng: np.random.Generator) -> FloatArray:
-    """A Gaussian random field of waves shorter than `longest_m`: (cells, cells) metres, seamless at its edges."""
-    axis = 2.0 * math.pi * np.fft.fftfreq(cells, CELL_M)
+def _amplitude(piece_m: FloatArray) -> FloatArray:
+    """What every wave of white noise on a floor's cells is multiplied by to make the detail of a piece: (200, 200)."""
+    piece_cell_m = SIDE_M / (len(piece_m) - 1)
+    axis = 2.0 * math.pi * np.fft.fftfreq(round(SIDE_M / CELL_M), CELL_M)
     wave_number = np.hypot(axis[:, None], axis)
-    short = wave_number > 2.0 * math.pi / longest_m
-    amplitude = np.zeros_like(wave_number)
-    amplitude[short] = np.sqrt(roughness.density(wave_number[short])) * 2.0 * math.pi / CELL_M
-    field: FloatArray = np.fft.ifft2(np.fft.fft2(rng.standard_normal((cells, cells))) * amplitude).real
-    return field
+    short = wave_number > 2.0 * math.pi / (2.0 * piece_cell_m)
+    amplitude: FloatArray = np.zeros_like(wave_number)
+    density = roughness_of(piece_m, piece_cell_m).density(wave_number[short])
+    amplitude[short] = np.sqrt(density) * 2.0 * math.pi / CELL_M
+    return amplitude
 
 
 def _local_strength(piece_m: FloatArray) -> FloatArray:

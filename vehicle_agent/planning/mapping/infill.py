@@ -198,7 +198,7 @@ def _settled(
                 track[place] += PULL * (middles[place] / masses[place] - track[place])
         masses += LIGHT * masses.mean() + 1e-12
         for _ in range(LINKS_MENDED):
-            _shorten_links(track, masses, step_m)
+            shorten_links(track, masses, step_m)
     for place in range(1, count):  # from here on each sounding follows the one before: no link stays too long
         long_m = math.hypot(track[place, 0] - track[place - 1, 0], track[place, 1] - track[place - 1, 1])
         if long_m > step_m:
@@ -207,7 +207,7 @@ def _settled(
 
 
 @compiled
-def _shorten_links(track: FloatArray, masses: FloatArray, step_m: float) -> None:
+def shorten_links(track: FloatArray, masses: FloatArray, step_m: float) -> None:
     """Draw the ends of links that are too long together, the lighter end further."""
     for place in range(len(track) - 1):
         east_m, north_m = track[place + 1, 0] - track[place, 0], track[place + 1, 1] - track[place, 1]
