@@ -40,7 +40,7 @@ def measure_all(
     context = multiprocessing.get_context("spawn")  # a fork would copy other libraries' threads half
     done: dict[int, Result] = {}
     with ProcessPoolExecutor(count, mp_context=context, initializer=_begin, initargs=(os.getpid(),)) as pool:
-        waiting = {pool.submit(measure, case): place for place, case in enumerate(cases)}
+        waiting = {pool.submit(_measured, measure, case): place for place, case in enumerate(cases)}
         was = signal.signal(signal.SIGTERM, signal.default_int_handler)  # whoever ends it wants what is done, too
         try:
             with click.progressbar(length=len(cases), label=label, file=sys.stderr) as bar:
@@ -58,9 +58,19 @@ def measure_all(
     return [done[place] for place in sorted(done)], len(done) < len(cases)
 
 
+def _measured(measure: Callable[[Case], Result], case: Case) -> Result:
+    """Measure one case: only meanwhile can a worker be ended, for half a result would block the parent for good."""
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGTERM})
+    try:
+        return measure(case)
+    finally:
+        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGTERM})
+
+
 def _begin(parent_pid: int) -> None:
     """A worker leaves Ctrl-C to its parent, and does not outlive it."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGTERM})
     if sys.platform == "linux":
         ctypes.CDLL(None, use_errno=True).prctl(PR_SET_PDEATHSIG, int(signal.SIGKILL), 0, 0, 0)
     if os.getppid() != parent_pid:  # the parent died before the arrangement was made

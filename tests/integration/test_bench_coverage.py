@@ -7,7 +7,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +17,7 @@ from click.testing import CliRunner
 from missions.bench.coverage import DEFAULT, OPTIMUM, PLANNERS
 from missions.bench.coverage_starts import STARTS
 from missions.cli import main
+from tests.fakes.waiting import until
 from vehicle_agent.domain.grid import Grid
 from vehicle_agent.domain.sensing import visible_surface
 
@@ -93,12 +93,13 @@ def test_who_stops_a_bench_keeps_what_is_done(tmp_path: Path, how: signal.Signal
         cwd=REPOSITORY, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
     )  # fmt: skip
     try:
-        deadline_s = time.monotonic() + 200.0
         cores = os.cpu_count() or 1
-        while len(list(runs.glob("run_*_stations-corner-1.npz"))) <= cores:  # then one result has come for certain
+
+        def one_result_came() -> bool:
             assert bench.poll() is None
-            assert time.monotonic() < deadline_s
-            time.sleep(0.1)
+            return len(list(runs.glob("run_*_stations-corner-1.npz"))) > cores
+
+        until(one_result_came, "a result", within_s=200.0)
         workers = Path(f"/proc/{bench.pid}/task/{bench.pid}/children").read_text().split()
         bench.send_signal(how)
         bench.communicate(timeout=60.0)
@@ -106,7 +107,4 @@ def test_who_stops_a_bench_keeps_what_is_done(tmp_path: Path, how: signal.Signal
         bench.kill()  # whatever failed: nothing of it may go on using the cores
     assert bench.returncode == 130
     assert json.loads(rows.read_text())["rows"]
-    deadline_s = time.monotonic() + 20.0
-    while any(os.path.exists(f"/proc/{worker}") for worker in workers):
-        assert time.monotonic() < deadline_s, "a worker outlived the bench"
-        time.sleep(0.05)
+    until(lambda: not any(os.path.exists(f"/proc/{worker}") for worker in workers), "the bench's workers to end")
