@@ -59,15 +59,17 @@ def agent(plan: MissionPlan):  # type: ignore[no-untyped-def]
 
 def test_a_station_of_the_fleet_hears_the_vehicle(plan: MissionPlan, agent: FleetLink) -> None:
     station = open_link(plan, "station-0001")
-    voice = TalkingLink(plan)
+    voice, heard = TalkingLink(plan), list[Status]()
 
     def is_heard() -> bool:
         for message in voice.say(0, 1):
             agent.publish(message)
-        return any(isinstance(message, Status) and message.sender == "vehicle-1" for message in station.poll())
+        heard.extend(message for message in station.poll() if isinstance(message, Status))
+        return bool(heard)
 
     until(is_heard, "the vehicle's status")
     station.close()
+    assert {message.sender for message in heard} == {"vehicle-1"}
 
 
 def test_a_strangers_certificate_is_refused_in_plain_words(plan: MissionPlan, agent: FleetLink) -> None:
@@ -93,6 +95,7 @@ def test_a_vehicle_of_another_authority_is_refused_here(plan: MissionPlan, agent
 
 def test_a_vehicle_that_is_not_there_yet_is_no_refusal(plan: MissionPlan) -> None:
     station = open_link(plan, "station-0001")
+    assert isinstance(station, FleetLink)
     assert station.connected_peers() == 0
     station.close()
 

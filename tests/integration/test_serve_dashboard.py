@@ -31,6 +31,19 @@ def record(folder: Path) -> None:
     station.close()
 
 
+async def first_page(visitor: aiohttp.ClientSession, address: str) -> str:
+    """What a server says at an address once it is there."""
+    deadline_s = time.monotonic() + LIMIT_S
+    while True:
+        try:
+            async with visitor.get(address) as page:
+                assert page.status == 200
+                return await page.text()
+        except aiohttp.ClientConnectorError:
+            assert time.monotonic() < deadline_s
+            await asyncio.sleep(0.05)
+
+
 @pytest.mark.processes
 async def test_a_visitor_sees_the_dashboard(tmp_path: Path) -> None:
     record(tmp_path)
@@ -43,16 +56,7 @@ async def test_a_visitor_sees_the_dashboard(tmp_path: Path) -> None:
     )
     try:
         async with aiohttp.ClientSession() as visitor:
-            deadline_s = time.monotonic() + LIMIT_S
-            while True:
-                try:
-                    async with visitor.get(f"http://127.0.0.1:{port}/") as page:
-                        assert page.status == 200
-                        assert "ground station" in await page.text()
-                        break
-                except aiohttp.ClientConnectorError:
-                    assert time.monotonic() < deadline_s
-                    await asyncio.sleep(0.05)
+            assert "ground station" in await first_page(visitor, f"http://127.0.0.1:{port}/")
             drawn = b""
             async with visitor.ws_connect(f"ws://127.0.0.1:{port}/ws?width=80&height=24") as line:
                 while b"merlin" not in drawn:
