@@ -7,7 +7,6 @@ from collections import Counter
 import numpy as np
 
 from vehicle_agent.domain.frames import Point
-from vehicle_agent.domain.grid import IndexArray
 from vehicle_agent.domain.landmark_atlas import LandmarkAtlas
 from vehicle_agent.domain.landmark_records import LandmarkRecords
 from vehicle_agent.domain.polygon import BoolArray
@@ -36,26 +35,23 @@ class LandmarkShare:
         self._sensor = beam_of(plan, index)
         self._unsaid = np.zeros(plan.grid.cells, dtype=np.bool_)
 
-    def sound(self, position_enu_m: Point, range_m: float, unfixed_s: float) -> tuple[IndexArray, IndexArray]:
-        """Fold one reading straight down in: ids of landmarks that it concerns, and of those accurate by it."""
+    def sound(self, position_enu_m: Point, range_m: float, unfixed_s: float) -> None:
+        """Fold one reading straight down in; one beside the area concerns no landmark."""
         grid, landmarks = self.team_map.grid, self.team_map.landmarks
-        nothing = np.empty(0, dtype=np.int64)
         if not grid.contains(*position_enu_m[:2]):
-            return nothing, nothing
+            return
         here = np.array([np.ravel_multi_index(grid.cell_of(*position_enu_m[:2]), grid.shape)], dtype=np.int64)
         aside_m = float(np.hypot(*(landmarks.layout.positions_en_m[here[0]] - position_enu_m[:2])))
         deviation = np.hypot(self._sensor.noise_sd_m(np.array([range_m]), unfixed_s), TYPICAL_SLOPE * aside_m)
-        sealed = landmarks.observe(here, np.array([position_enu_m[2] - range_m]), deviation)
+        landmarks.observe(here, np.array([position_enu_m[2] - range_m]), deviation)
         self._unsaid[here] = True
         self.version += 1
-        return here, sealed
 
-    def take_records(self, records: LandmarkRecords) -> IndexArray:
-        """Fold in what a teammate told; ids of landmarks of which more is known now."""
+    def take_records(self, records: LandmarkRecords) -> None:
+        """Fold in what a teammate told."""
         result = self.team_map.landmarks.merge(records)
         self.refused += result.dropped
         self.version += bool(len(result.changed))
-        return result.changed
 
     def take_scan(self, scan: SensorScan) -> tuple[int, bool]:
         """Landmarks are measured by the autopilot's beam; a scan of a payload is none of ours."""
