@@ -99,7 +99,7 @@ class NeedExchange:
         known = self._map
         most = self._capacity if room is None else min(room, self._capacity)
         values = self._values(teammates)
-        listeners = np.array([known.own_index, *(mate.index for mate in teammates)], dtype=np.int64)
+        listeners = np.array([mate.index for mate in teammates], dtype=np.int64)
         sketch = self._sketch(values, teammates) if most > 1 else None
         if sketch is not None:
             drawn = self._book.landmarks_in(sketch)
@@ -108,7 +108,7 @@ class NeedExchange:
         ids = np.flatnonzero(values > _LEAST_VALUE)
         chosen = ids[np.argsort(-values[ids], kind="stable")[: most - (sketch is not None)]]
         self._told_information[chosen] = known.own_information[chosen]
-        self._unsure[np.ix_(listeners, chosen)] *= _DOUBT
+        self._unsure[np.ix_(np.append(listeners, known.own_index), chosen)] *= _DOUBT
         records = LandmarkRecords.joined(known.seals(chosen), known.own_records(chosen[~known.accurate[chosen]]))
         return Packet(records, sketch)
 

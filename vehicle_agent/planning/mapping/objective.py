@@ -45,8 +45,8 @@ class ObjectiveParams:
     def suited(cls, vehicles: int, landmarks: int, terms: str = "all", nearness: float = 0.7) -> ObjectiveParams:
         """The weights that served a team best on the bench's surfaces, with so many vehicles and landmarks.
 
-        K_2 is K_1 times `nearness` over the team's size; below 1 a landmark is worth seeing from anywhere in range, and
-        the more the nearer. K_1 and K_3 keep sums over landmarks at the size of the first term, however many there are.
+        K_2 is K_1 times `nearness` over the team's size, for each vehicle's switch counts the sum over the whole team's
+        landmarks. K_1 and K_3 keep sums over landmarks at the size of the first term, however many there are.
         """
         share, tolerance = 550.0 / landmarks, 3.0 * landmarks / 1_100
         return cls(terms, share, nearness * share / vehicles, 0.33 / landmarks, 0.0, tolerance, tolerance)
