@@ -158,12 +158,15 @@ class UrbanExploration:
         known = int(np.count_nonzero(picture.states))
         if flyer.idle and (flyer.idle_since_known == known or self._now_s % IDLE_S != 0):
             return
+        mates = [
+            VoxelTeammate(other, mate.voxel, mate.explorer.goal)
+            for other, mate in enumerate(self._flyers)
+            if other != index
+        ]
+        if flyer.explorer.is_taken(flyer.voxel, mates):
+            flyer.explorer.let_go()
+            flyer.way = flyer.way[:0]
         if len(flyer.way) < 2 or not flyer.explorer.still_worth(picture) or not self._clear(index, picture):
-            mates = [
-                VoxelTeammate(other, mate.voxel, mate.explorer.patch)
-                for other, mate in enumerate(self._flyers)
-                if other != index
-            ]
             own = self._without_others(index, picture)
             route = flyer.explorer.ask(own, flyer.voxel, mates)
             flyer.idle, flyer.idle_since_known = route is None, known

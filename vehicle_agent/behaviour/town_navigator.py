@@ -82,13 +82,13 @@ class TownNavigator:
                 return rest
             if self._braking:
                 return None
-            if self._goes_on(picture):
+            if self._goes_on(around, picture):
                 return self._fly_on(around, picture)
         elif (aside := self.make_way(around)) is not None:
             return aside
         elif len(self._way) == 0 and self._expects_any and not self._has_looked(around):
             return None
-        elif len(self._way) and self._goes_on(picture) and self._is_passable(picture):
+        elif len(self._way) and self._goes_on(around, picture) and self._is_passable(picture):
             return self._fly_on(around, picture)
         return self._choose(around, picture)
 
@@ -146,26 +146,34 @@ class TownNavigator:
         """Whether something is to be looked at from the end of the present way."""
         return self._explorer.expects_any and not self._makes_way
 
-    def _goes_on(self, picture: VoxelPicture) -> bool:
-        """Whether the present way is still worth flying."""
-        return self._makes_way or self._explorer.still_worth(picture)
+    def _goes_on(self, around: Surroundings, picture: VoxelPicture) -> bool:
+        """Whether the present way is still worth flying, and this vehicle's to fly."""
+        if self._makes_way:
+            return True
+        if self._explorer.is_taken(self._voxel_here(around.state), self._mates(around)):
+            self._explorer.let_go()
+            return False
+        return self._explorer.still_worth(picture)
+
+    def _mates(self, around: Surroundings) -> list[VoxelTeammate]:
+        return [
+            VoxelTeammate(
+                mate.index,
+                self._voxel_at(mate.position_enu_m),
+                None if mate.goal_enu_m is None else self._voxel_at(mate.goal_enu_m),
+            )
+            for mate in around.teammates
+        ]
 
     def _choose(self, around: Surroundings, picture: VoxelPicture) -> Point | Finished | None:
         """Ask for a new route; without one wait for teammates that still work, then try all again, then be done."""
         here = self._voxel_here(around.state)
-        mates = [
-            VoxelTeammate(
-                mate.index,
-                self._grid.clamped(self._grid.voxel_of(mate.position_enu_m)),
-                None if mate.goal_enu_m is None else self._patch_at(mate.goal_enu_m),
-            )
-            for mate in around.teammates
-        ]
         self._arrived, self._makes_way = None, False
-        route = self._explorer.ask(picture, here, mates)
+        route = self._explorer.ask(picture, here, self._mates(around))
         self.is_idle = route is None
         if route is not None:
-            self._way, self._goal, self.why = route.voxels[1:], self._goal_of(picture), route.why
+            self._way, self.why = route.voxels[1:], route.why
+            self._goal = None if self._explorer.goal is None else self._grid.centre_of(self._explorer.goal)
             self._blocked = 0
             return self._fly_on(around, picture) if len(self._way) else None
         self._way, self._goal = self._way[:0], None
@@ -368,12 +376,5 @@ class TownNavigator:
         east_m, north_m, up_m = self._grid.centres_of(np.array([flat]))[0].tolist()
         return (east_m, north_m, up_m)
 
-    def _patch_at(self, goal_enu_m: Point) -> int:
-        return self._explorer.patch_of(self._grid.clamped(self._grid.voxel_of(goal_enu_m)), self._grid.shape)
-
-    def _goal_of(self, picture: VoxelPicture) -> Point | None:
-        """Middle of the patch that the present route serves, as high as the vehicle flies."""
-        if self._explorer.patch is None:
-            return None
-        column, row = self._explorer.middle_of(self._explorer.patch, self._grid.shape)
-        return self._grid.centre_of(self._grid.clamped((column, row, picture.ceiling)))
+    def _voxel_at(self, point_enu_m: Point) -> Voxel:
+        return self._grid.clamped(self._grid.voxel_of(point_enu_m))

@@ -53,10 +53,10 @@ class TownWatch(TownNavigator):
     def _expects_any(self) -> bool:
         return self._explores and super()._expects_any
 
-    def _goes_on(self, picture: VoxelPicture) -> bool:
+    def _goes_on(self, around: Surroundings, picture: VoxelPicture) -> bool:
         """The present way is flown until the next decision."""
         if self._explores:
-            return super()._goes_on(picture)
+            return super()._goes_on(around, picture)
         return self._makes_way or not self._is_due or not self._planner.revises_under_way
 
     def _choose(self, around: Surroundings, picture: VoxelPicture) -> Point | Finished | None:

@@ -25,8 +25,7 @@ def warm_up() -> None:
     voxel_distances(np.ones((4, 4, 4), dtype=np.bool_), 0, np.empty(0, dtype=np.bool_), 0)
     count_seen(states, fan.steps, fan.firsts, fan.ray_to, spots, spots, np.ones(1), 1.0)
     unknown_met(states, fan.steps, fan.firsts, spots, 1, 0.1)
-    places = np.zeros((2, 2))
-    share_out(places, places, places, np.zeros(2), 1.0, 1)
+    share_out(np.zeros((4, 4)), np.zeros(2), np.zeros(2), 1)
     crossings = fan.crossings
     first_with_view(
         states, fan.steps, fan.firsts, fan.reach, crossings.firsts, crossings.rays, crossings.steps, spots, spots

@@ -1,15 +1,18 @@
-"""Decentralised exploration among buildings: the team shares the ground plan out as tours and looks into every corner.
+"""Decentralised exploration among buildings: the team shares the town out as tours and looks into every corner.
 
-The ground plan is divided into square patches. Each vehicle, from the team's voxel map and its teammates' places and
-claims alone, computes the whole team's tours over the patches that still show frontiers (unknown voxels beside known
-free ones) or are untouched, and goes for the first patch of its own tour. In a patch it flies to the place from which
-most that is unknown comes into view per way to go, through known free voxels only; a frontier voxel counts when a ray
-of its sensor reaches it through known free voxels, so that every such visit makes something known.
+The town is divided into patches, stacked in columns, so that a street is flown along and not up and down. Each vehicle,
+from the team's voxel map and its teammates' places and goals alone, computes the whole team's tours over the patches
+that still show frontiers (unknown voxels beside known free ones) and over untouched columns, by the ways through known
+air, and goes for the first patch of its own tour. For a patch it flies to the place from which most that is unknown
+comes into view per way to go, through known free voxels only; a frontier voxel counts when a ray of its sensor reaches
+it through known free voxels, so that every such visit makes something known. Places on the way to the tour's next
+patch cost less than those that lead away from it.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -21,6 +24,7 @@ from vehicle_agent.domain.ray_fan import RayFan, count_seen, first_with_view, un
 from vehicle_agent.domain.tours import share_out
 from vehicle_agent.domain.voxel_paths import UNIT, UNREACHED, trace_voxels, voxel_distances
 from vehicle_agent.domain.voxels import UNKNOWN
+from vehicle_agent.planning.voxel_patches import FrontierWork, VoxelPatches, ways_between
 from vehicle_agent.planning.voxel_picture import VoxelPicture
 
 Voxel = tuple[int, int, int]
@@ -30,11 +34,11 @@ MOST_COMPARED, SPARSE = 24, 16
 
 @dataclass(frozen=True, slots=True)
 class VoxelTeammate:
-    """Where a vehicle of the team is, and the patch that it goes for (None when for none)."""
+    """Where a vehicle of the team is, and the middle of what it goes for (None when for nothing)."""
 
     index: int
     voxel: Voxel
-    patch: int | None = None
+    goal: Voxel | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,22 +55,30 @@ class VoxelExplorerParams:
 
     Attributes
     ----------
-    patch
-        Edge of a patch.
+    patch, storey
+        Edge of a patch along the ground, and its height.
     service
         Way that looking through a whole patch costs in a tour.
     full_patch
         Surface expected at the frontiers of a patch that takes the whole service, in voxels.
+    untouched_service
+        Way that looking through an untouched column costs in a tour.
+    untouched_layer
+        Where in an untouched column tours are taken to pass.
     untouched_share
-        A patch of which less than this share is known is untouched.
+        A column of which less than this share is known is untouched, unless something in it can be looked at.
     detour
         How much further than to the nearest place with a view the search for a better one goes.
     at_once
         Way that counts as nothing when gains per way are weighed.
+    onward
+        Weight of the detour that a place is on the way to the tour's next patch, beside the way to the place.
     sampled
         At most so many frontier voxels of a patch are tried.
     passes
         Rounds of improvement of the tours.
+    much_nearer
+        A goal is left to a vehicle that is nearer to it by so much than the one that went for it.
     likely
         Chance of being surface from which on a frontier voxel alone is worth a way.
     least
@@ -80,13 +92,18 @@ class VoxelExplorerParams:
     """
 
     patch: int = 12
-    service: float = 12.0
-    full_patch: int = 80
+    storey: int = 9
+    service: float = 6.0
+    full_patch: int = 60
+    untouched_service: float = 12.0
+    untouched_layer: int = 12
     untouched_share: float = 0.1
     detour: float = 15.0
     at_once: float = 4.0
+    onward: float = 1.0
     sampled: int = 120
     passes: int = 20
+    much_nearer: float = 10.0
     likely: float = 0.1
     least: float = 0.02
     remaining: float = 0.0
@@ -94,8 +111,8 @@ class VoxelExplorerParams:
     volume: float = 1.0
 
     def __post_init__(self) -> None:
-        if self.patch < 1 or self.sampled < 1 or self.full_patch < 1:
-            raise ValueError("patch, sampled and full_patch must be at least 1")
+        if min(self.patch, self.storey, self.sampled, self.full_patch) < 1:
+            raise ValueError("patch, storey, sampled and full_patch must be at least 1")
 
 
 class _Search:
@@ -131,7 +148,11 @@ class VoxelExplorer:
         self._params = params or VoxelExplorerParams()
         self._given_up: dict[tuple[bool, int], int] = {}
         self._expected: IndexArray = np.empty(0, dtype=np.int64)
-        self.patch: int | None = None
+        self._patch: int | None = None
+        self._division: VoxelPatches | None = None
+        self._afterwards: IndexArray | None = None
+        self._is_spare = False
+        self.goal: Voxel | None = None
 
     def still_worth(self, picture: VoxelPicture) -> bool:
         """Whether enough of what the present route was chosen for is still unknown."""
@@ -147,91 +168,104 @@ class VoxelExplorer:
     def expects_any(self) -> bool:
         return len(self._expected) > 0
 
+    def is_taken(self, voxel: Voxel, teammates: list[VoxelTeammate]) -> bool:
+        """Whether a teammate that is much nearer goes for the same patch, and there was something else to do."""
+        if self.goal is None or self._division is None or self._is_spare:
+            return False
+        goals = _goals(teammates)
+        same = self._division.patch_of(np.array([mate.goal for mate in goals]).reshape(-1, 3)) == self._patch
+        me = VoxelTeammate(self._index, voxel, self.goal)
+        return any(self._is_much_nearer(goals[place].voxel, me) for place in np.flatnonzero(same))
+
     def let_go(self) -> None:
-        """Leave the present patch: the way there is taken."""
-        self.patch = None
+        """Leave the present patch: the way there is taken, or a teammate has taken the patch."""
+        self._patch = self.goal = None
 
     def reconsider(self) -> None:
         """Try again what was given up."""
         self._given_up.clear()
-
-    def patch_of(self, voxel: Voxel, shape: tuple[int, ...]) -> int:
-        """Number of the patch that a voxel belongs to."""
-        return int(self._patch_of(np.array([voxel], dtype=np.int64), shape)[0])
-
-    def middle_of(self, patch: int, shape: tuple[int, ...]) -> tuple[int, int]:
-        """Column and row in the middle of a patch; they may lie beyond the grid's border."""
-        column, row = self._patches(shape)[patch]
-        return (int(column), int(row))
 
     def ask(self, picture: VoxelPicture, voxel: Voxel, teammates: list[VoxelTeammate]) -> VoxelRoute | None:
         """Choose a route from here; None when nothing unknown can be seen from anywhere within reach.
 
         Patches from which nothing more can be seen are given up until more is known around them.
         """
-        frontier = np.argwhere(picture.frontier)
-        patches = self._patches(picture.states.shape)
-        of_frontier = self._patch_of(frontier, picture.states.shape)
-        worth = picture.worth[tuple(frontier.T)].astype(np.float64)
-        counts: FloatArray = np.bincount(of_frontier, weights=worth, minlength=len(patches)).astype(np.float64)
-        known = self._known_per_patch(picture)
-        around = _window_sums(known, self._grid_of_patches(picture.states.shape))
+        division = self._division = VoxelPatches(picture.states.shape, self._params.patch, self._params.storey)
+        work = FrontierWork.of(picture, division)
+        known = division.known_per_column(picture)
+        around = division.sums_around(known)[division.columns()]
         self._given_up = {(all_, p): k for (all_, p), k in self._given_up.items() if around[p] == k}
         search = _Search(picture, voxel)
         everything = False
         while True:
-            open_patches = counts > (0.0 if everything else self._params.least)
+            open_patches = work.expected > (0.0 if everything else self._params.least)
             open_patches[[patch for all_, patch in self._given_up if all_ == everything]] = False
             if not open_patches.any():
                 if not everything:
                     everything = True
                     continue
-                self.patch = None
+                self.let_go()
                 return None
-            if self.patch is not None and open_patches[self.patch]:
-                chosen = self.patch
+            if self._patch is not None and open_patches[self._patch]:
+                chosen = self._patch
             else:
-                chosen = self._choose(voxel, teammates, patches, counts, open_patches, known, picture)
-            wanted = of_frontier == chosen
-            route = self._route_to_view(search, np.ascontiguousarray(frontier[wanted]), worth[wanted])
+                untouched = self._untouched(picture, division, work.centres[open_patches], known)
+                chosen, self._afterwards = self._choose(
+                    picture, voxel, teammates, division, work, open_patches, untouched
+                )
+            wanted = work.patches == chosen
+            route = self._route_to_view(search, np.ascontiguousarray(work.voxels[wanted]), work.worth[wanted])
             if route is not None:
-                self.patch = chosen
+                if chosen != self._patch:
+                    self._patch, self.goal = chosen, _voxel(work.centres[chosen])
                 return route
             self._given_up[everything, chosen] = int(around[chosen])
 
+    def _untouched(
+        self, picture: VoxelPicture, division: VoxelPatches, open_places: IndexArray, known: IndexArray
+    ) -> IndexArray:
+        """Where tours pass through columns of which next to nothing is known or can be looked at: (C, 3) int64."""
+        bare = known < self._params.untouched_share * self._params.patch**2 * (picture.ceiling + 1)
+        bare[division.column_of(open_places)] = False
+        return division.column_middles(min(self._params.untouched_layer, picture.ceiling))[bare]
+
     def _choose(
-        self, voxel: Voxel, teammates: list[VoxelTeammate], patches: FloatArray, counts: FloatArray,
-        open_patches: BoolArray, known: IndexArray, picture: VoxelPicture,
-    ) -> int:  # fmt: skip
-        """First patch of the own tour; for an untouched patch without frontier the open one nearest to it."""
+        self, picture: VoxelPicture, voxel: Voxel, teammates: list[VoxelTeammate], division: VoxelPatches,
+        work: FrontierWork, open_patches: BoolArray, untouched: IndexArray,
+    ) -> tuple[int, IndexArray | None]:  # fmt: skip
+        """First patch of the own tour, and the (3,) voxel where the tour goes on, None where it ends.
+
+        For an untouched column that is the open patch that is best on the way there; the tour goes on to the column.
+        """
         params = self._params
-        volume = params.patch**2 * (picture.ceiling + 1)
-        untouched = ~open_patches & (known < params.untouched_share * volume)
-        claimed = [mate.patch for mate in teammates if mate.patch is not None]
-        stops = open_patches | untouched
-        stops[claimed] = False
-        if not (stops & open_patches).any():
-            stops = open_patches
-        numbers = np.flatnonzero(stops)
-        service = params.service * np.minimum(1.0, counts[numbers] / params.full_patch)
-        service[untouched[numbers]] = params.service
-        team = sorted(
-            [(self._index, np.array(voxel[:2], dtype=np.float64)), *((m.index, _start(m, patches)) for m in teammates)],
-            key=lambda member: member[0],
-        )
-        starts = np.array([place for _, place in team])
-        tours, lengths = share_out(starts, starts, patches[numbers], service, 0.0, params.passes)
-        mine = [index for index, _ in team].index(self._index)
-        here = np.array(voxel[:2])
-        if lengths[mine] == 0:
-            first = int(numbers[np.argmin(np.hypot(*(patches[numbers] - here).T))])
-        else:
-            first = int(numbers[tours[mine, 0]])
-        if open_patches[first]:
-            return first
-        choices = np.flatnonzero(open_patches)
-        way = np.hypot(*(patches[choices] - patches[first]).T) + 0.5 * np.hypot(*(patches[choices] - here).T)
-        return int(choices[np.argmin(way)])
+        teammates = [replace(mate, goal=None) if self._is_much_nearer(voxel, mate) else mate for mate in teammates]
+        goals = np.array([mate.goal for mate in _goals(teammates)], dtype=np.int64).reshape(-1, 3)
+        stops = open_patches.copy()
+        stops[division.patch_of(goals)] = False
+        self._is_spare = not stops.any()
+        numbers = np.flatnonzero(open_patches if self._is_spare else stops)
+        service = params.service * np.minimum(1.0, work.expected[numbers] / params.full_patch)
+        service = np.concatenate((service, np.full(len(untouched), params.untouched_service)))
+        team = sorted((VoxelTeammate(self._index, voxel), *teammates), key=lambda member: member.index)
+        starts = np.array([member.voxel if member.goal is None else member.goal for member in team], dtype=np.int64)
+        ahead: FloatArray = np.linalg.norm(starts - np.array([member.voxel for member in team]), axis=1)
+        places = np.concatenate((work.centres[numbers], untouched))
+        ways = ways_between(picture, np.concatenate((starts, places)))
+        tours, lengths = share_out(ways, ahead, service, params.passes)
+        mine = [member.index for member in team].index(self._index)
+        from_here, between = ways[mine, len(team) :], ways[len(team) :, len(team) :]
+        own = tours[mine, : lengths[mine]]
+        first = int(own[0]) if len(own) else int(np.argmin(from_here[: len(numbers)]))
+        if first >= len(numbers):
+            on_the_way = int(np.argmin(between[first, : len(numbers)] + 0.5 * from_here[: len(numbers)]))
+            return int(numbers[on_the_way]), places[first]
+        return int(numbers[first]), places[own[1]] if len(own) > 1 else None
+
+    def _is_much_nearer(self, voxel: Voxel, mate: VoxelTeammate) -> bool:
+        """Whether a place is so much nearer to a vehicle's goal than the vehicle that the goal is no longer its own."""
+        if mate.goal is None:
+            return False
+        return math.dist(voxel, mate.goal) + self._params.much_nearer < math.dist(mate.voxel, mate.goal)
 
     def _route_to_view(self, search: _Search, wanted: IndexArray, worth: FloatArray) -> VoxelRoute | None:
         """Fly where most comes into view per way; None when nothing wanted can be seen from any place within reach.
@@ -256,7 +290,7 @@ class VoxelExplorer:
             if not everywhere:
                 kept = (spots % 2 == 0).all(axis=1) | (places == search.start)
                 places, spots = places[kept], spots[kept]
-            best = self._best_view(picture, spots, tried, weights, distances[places])
+            best = self._best_view(search, spots, tried, weights, distances[places])
             if best is not None:
                 self._expected = self._sure(picture, spots[best], tried, weights)
                 way = trace_voxels(parents, int(places[best]))
@@ -282,16 +316,17 @@ class VoxelExplorer:
         return VoxelRoute(trace_voxels(parents, int(places[place])), "has a glimpse of one hidden frontier voxel")
 
     def _best_view(
-        self,
-        picture: VoxelPicture,
-        spots: IndexArray,
-        wanted: IndexArray,
-        worth: FloatArray,
+        self, search: _Search, spots: IndexArray, wanted: IndexArray, worth: FloatArray,
         distances: npt.NDArray[np.int32],
-    ) -> int | None:
-        fan, params = self._fan, self._params
+    ) -> int | None:  # fmt: skip
+        fan, params, picture = self._fan, self._params, search.picture
         seen = count_seen(picture.states, fan.steps, fan.firsts, fan.ray_to, spots, wanted, worth, np.inf)
-        cost = distances / UNIT + params.at_once
+        ways = distances / UNIT
+        cost = ways + params.at_once
+        if self._afterwards is not None:
+            here = np.array(np.unravel_index(search.start, picture.states.shape))
+            straight = float(np.linalg.norm(self._afterwards - here))
+            cost += params.onward * np.maximum(0.0, ways + np.linalg.norm(spots - self._afterwards, axis=1) - straight)
         rate = seen / cost
         candidates = np.argsort(-rate, kind="stable")[:MOST_COMPARED]
         candidates = candidates[seen[candidates] > 0]
@@ -316,42 +351,12 @@ class VoxelExplorer:
         flat = np.ravel_multi_index(tuple(wanted[chosen].T), picture.states.shape)
         return np.asarray(flat, dtype=np.int64)
 
-    def _grid_of_patches(self, shape: tuple[int, ...]) -> tuple[int, int]:
-        return (-(-shape[0] // self._params.patch), -(-shape[1] // self._params.patch))
 
-    def _patches(self, shape: tuple[int, ...]) -> FloatArray:
-        """Middles of all patches: (P, 2) float64, in voxels."""
-        columns, rows = self._grid_of_patches(shape)
-        across, along = np.meshgrid(np.arange(columns), np.arange(rows), indexing="ij")
-        corners = np.column_stack((across.ravel(), along.ravel())).astype(np.float64)
-        return (corners + 0.5) * self._params.patch
-
-    def _patch_of(self, voxels: IndexArray, shape: tuple[int, ...]) -> IndexArray:
-        rows = self._grid_of_patches(shape)[1]
-        return voxels[:, 0] // self._params.patch * rows + voxels[:, 1] // self._params.patch
-
-    def _known_per_patch(self, picture: VoxelPicture) -> IndexArray:
-        """Known voxels up to the ceiling: (P,) int64."""
-        patch = self._params.patch
-        known = np.count_nonzero(picture.states[:, :, : picture.ceiling + 1], axis=2)
-        sums = np.add.reduceat(
-            np.add.reduceat(known, np.arange(0, known.shape[0], patch), axis=0),
-            np.arange(0, known.shape[1], patch),
-            axis=1,
-        )
-        return np.asarray(sums, dtype=np.int64).ravel()
+def _goals(teammates: list[VoxelTeammate]) -> list[VoxelTeammate]:
+    """Those that go for something."""
+    return [mate for mate in teammates if mate.goal is not None]
 
 
-def _start(mate: VoxelTeammate, patches: FloatArray) -> FloatArray:
-    if mate.patch is None:
-        return np.array(mate.voxel[:2], dtype=np.float64)
-    middle: FloatArray = patches[mate.patch].astype(np.float64)
-    return middle
-
-
-def _window_sums(values: IndexArray, shape: tuple[int, int]) -> IndexArray:
-    """Sum over each patch and those up to two away: (P,) int64."""
-    padded = np.pad(values.reshape(shape), 2)
-    windows = np.lib.stride_tricks.sliding_window_view(padded, (5, 5))
-    sums: IndexArray = windows.sum(axis=(2, 3)).ravel()
-    return sums
+def _voxel(place: IndexArray) -> Voxel:
+    column, row, layer = place.tolist()
+    return (column, row, layer)
