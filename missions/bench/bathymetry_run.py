@@ -232,11 +232,14 @@ class _Surveyor:
 
     def _decide(self) -> None:
         known = Soundings.joined(self._known)
-        strengths, nodes = self._strengths, self._survey.nodes_en_m
+        strengths = self._strengths
         if strengths is None:
-            strengths = Relief(known.places_en_m, known.heights_m, known.sds_m).strength_at(nodes)
+            strengths = self._survey.roughness(Relief(known.places_en_m, known.heights_m, known.sds_m))
         left_m = (STEPS - len(self._own)) * STEP_M
-        self._way = self._survey.next_way(self.place, strengths, known.places_en_m, left_m, self._teammates)
+        planned = self._way[self._next :]
+        self._way = self._survey.next_way(
+            self.place, strengths, known.places_en_m, left_m, self._teammates, planned_en_m=planned
+        )
         self._next, self._left_in_part_m = 1, self._survey.params.part_m
 
 

@@ -14,7 +14,7 @@ from vehicle_agent.domain.landmark_layout import LandmarkLayout, LandmarkParams
 from vehicle_agent.domain.landmarks import LandmarkMap
 from vehicle_agent.domain.range_sensing import RangeSensor
 from vehicle_agent.planning.interface import Finished, Teammate, Waypoint
-from vehicle_agent.planning.mapping.infill import telling_track
+from vehicle_agent.planning.mapping.infill import left_untold, settled_track, telling_track
 from vehicle_agent.planning.mapping.interface import HeightBand, MappingSituation
 from vehicle_agent.planning.mapping.survey import Survey, SurveyParams, SurveyPlanner
 from vehicle_agent.planning.mapping.survey_lines import Box, corners_of, parallel_lines, points_along
@@ -96,6 +96,23 @@ def test_settling_makes_a_track_that_tells_more() -> None:
         track = telling_track(start, nodes, np.ones(len(nodes)), np.full(len(nodes), 1e3), 500.0, 2.0, 1.5, rounds)
         errors.append(np.mean(KDTree(track).query(nodes)[0] ** 1.5))
     assert errors[1] < 0.9 * errors[0]
+
+
+def test_a_track_planned_before_is_kept_while_it_tells_as_much() -> None:
+    survey = Survey(AREA, 0, 1, SurveyParams(way_m=900.0, nodes=900, step_m=2.0, rounds=60))
+    sounded, rough = np.array([[2.0, 2.0]]), np.ones(900)
+    away_m = np.asarray(KDTree(sounded).query(survey.nodes_en_m)[0])
+
+    def untold(track: FloatArray) -> float:
+        return left_untold(track, survey.nodes_en_m, rough, away_m, 1.5)
+
+    fresh = survey.next_way((2.0, 2.0), rough, sounded, 500.0, [])
+    good = settled_track(fresh, survey.nodes_en_m, rough, away_m, 2.0, 1.5, 300)
+    kept = survey.next_way((2.0, 2.0), rough, sounded, 500.0, [], planned_en_m=good[1:])
+    assert untold(kept) <= untold(fresh)
+    assert np.hypot(*(kept[: len(good)] - good[: len(kept)]).T).mean() < 2.0
+    idle = np.tile([[2.0, 2.0]], (250, 1))
+    assert untold(survey.next_way((2.0, 2.0), rough, sounded, 500.0, [], planned_en_m=idle)) <= untold(fresh)
 
 
 def test_nothing_in_reach_makes_no_track() -> None:

@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from scipy.spatial import KDTree
 
 from vehicle_agent.domain.compiled import compiled
 from vehicle_agent.domain.frames import FloatArray
@@ -67,7 +68,28 @@ def telling_track(
     gone_m = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(way, axis=0).T))))
     at_m = np.linspace(0.0, gone_m[-1], soundings)
     track = np.column_stack([np.interp(at_m, gone_m, way[:, axis]) for axis in (0, 1)])
-    return _settled(track, nodes_en_m, strengths**2, away_m, step_m, exponent, rounds)
+    return settled_track(track, nodes_en_m, strengths, away_m, step_m, exponent, rounds)
+
+
+def settled_track(
+    track_en_m: FloatArray,
+    nodes_en_m: FloatArray,
+    strengths: FloatArray,
+    away_m: FloatArray,
+    step_m: float,
+    exponent: float,
+    rounds: int,
+) -> FloatArray:
+    """A track, its first place kept, drawn to where it tells most nearby; parameters as for `telling_track`."""
+    return _settled(np.ascontiguousarray(track_en_m), nodes_en_m, strengths**2, away_m, step_m, exponent, rounds)
+
+
+def left_untold(
+    track_en_m: FloatArray, nodes_en_m: FloatArray, strengths: FloatArray, away_m: FloatArray, exponent: float
+) -> float:
+    """How uncertain the ground still is once a track is sailed, up to a factor; parameters as for `telling_track`."""
+    left_m = np.minimum(np.asarray(KDTree(track_en_m).query(nodes_en_m)[0]), away_m)
+    return float((strengths**2 * np.maximum(left_m, NEAREST_M) ** exponent).sum())
 
 
 @compiled

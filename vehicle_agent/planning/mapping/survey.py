@@ -1,9 +1,9 @@
 """Sails a few lines over its part of the area first, then densely where it is rough and sparsely where it is even.
 
 The first lines show how rough the ground is from place to place. From what was found a relief is fitted; then the most
-telling track from here is worked out for all of the way that is left, over this vehicle's share of the ground, a part
-of it sailed, and the rest worked out anew. Vehicles share by a cut that leaves equal work on both sides, each from its
-own map alone.
+telling track from here is worked out for all of the way that is left, over this vehicle's share of the ground, and a
+part of it sailed. What is left of it is then mended by what was found meanwhile, or laid afresh where that tells more.
+Vehicles share by a cut that leaves equal work on both sides, each from its own map alone.
 """
 
 from __future__ import annotations
@@ -20,8 +20,9 @@ from vehicle_agent.domain.frames import FloatArray
 from vehicle_agent.domain.polygon import BoolArray
 from vehicle_agent.domain.relief import EXPONENT, Relief
 from vehicle_agent.planning.interface import Decision, Finished, Waypoint
-from vehicle_agent.planning.mapping.infill import telling_track
+from vehicle_agent.planning.mapping.infill import left_untold, settled_track, telling_track
 from vehicle_agent.planning.mapping.interface import MappingSituation
+from vehicle_agent.planning.mapping.roughness import roughness_at_nodes
 from vehicle_agent.planning.mapping.survey_lines import Box, corners_of, parallel_lines
 
 MOST_SOUNDINGS = 350
@@ -97,6 +98,8 @@ class Survey:
         east = box.west_m + (np.arange(columns) + 0.5) * (box.east_m - box.west_m) / columns
         north = box.south_m + (np.arange(rows) + 0.5) * (box.north_m - box.south_m) / rows
         self.nodes_en_m: FloatArray = np.stack(np.meshgrid(east, north, indexing="ij"), axis=-1).reshape(-1, 2)
+        self._shape = (columns, rows)
+        self._edges_m = ((box.east_m - box.west_m) / columns, (box.north_m - box.south_m) / rows)
 
     @property
     def spacing_m(self) -> float:
@@ -109,6 +112,10 @@ class Survey:
         strip = self._box.lane(self._vehicle, self._vehicles)
         return parallel_lines(strip, self.spacing_m, 0.35 * self.spacing_m, start_en_m)
 
+    def roughness(self, relief: Relief) -> FloatArray:
+        """How rough the ground is at `nodes_en_m`, up to a factor common to all: (M,)."""
+        return roughness_at_nodes(relief, self.nodes_en_m, self._shape, self._edges_m)
+
     def next_way(
         self,
         here_en_m: tuple[float, float],
@@ -117,18 +124,21 @@ class Survey:
         left_m: float,
         teammates: Collection[int],
         allowed: BoolArray | None = None,
+        planned_en_m: FloatArray | None = None,
     ) -> FloatArray:
         """The most telling track from here, the place itself first: (K, 2) ENU metres, at most `step_m` apart.
 
         Parameters
         ----------
-        strengths : (M,), how rough the ground is at `nodes_en_m`, over how rough it is on the whole.
+        strengths : (M,), how rough the ground is at `nodes_en_m`, up to a common factor.
         sounded_en_m : (N, 2), where the team has sounded.
         left_m
             What this vehicle can still sail.
         teammates
             Numbers of those that share the ground.
         allowed : (M,) bool over `nodes_en_m`; None allows all.
+        planned_en_m : (K, 2), what is left of the track worked out before: it is settled anew and sailed on, unless a
+            track laid afresh tells more.
         """
         here = np.array(here_en_m, dtype=np.float64)
         own = self._own_share(strengths ** (2.0 / (EXPONENT + 1.0)), teammates)
@@ -137,9 +147,14 @@ class Survey:
         if not own.any():
             return here[None]
         away_m = np.asarray(KDTree(sounded_en_m).query(self.nodes_en_m[own])[0])
-        track = telling_track(
-            here, self.nodes_en_m[own], strengths[own], away_m, left_m, self.params.step_m, EXPONENT, self.params.rounds
-        )
+        nodes, rough, params = self.nodes_en_m[own], strengths[own], self.params
+        how = (params.step_m, EXPONENT, params.rounds)
+        track = telling_track(here, nodes, rough, away_m, left_m, *how)
+        if planned_en_m is not None and len(planned_en_m) > 0:
+            within = planned_en_m[: max(1, int(left_m / params.step_m))]
+            again = settled_track(np.concatenate((here[None], within)), nodes, rough, away_m, *how)
+            untold = [left_untold(way, nodes, rough, away_m, EXPONENT) for way in (track, again)]
+            track = again if untold[1] < untold[0] else track
         box, inside_m = self._box, self.params.inside_m
         low, high = np.array([box.west_m, box.south_m]) + inside_m, np.array([box.east_m, box.north_m]) - inside_m
         track[1:] = np.clip(track[1:], low, high)
@@ -163,6 +178,7 @@ class SurveyPlanner:
     def __init__(self, survey: Survey) -> None:
         self._survey = survey
         self._corners: deque[tuple[float, float]] | None = None
+        self._planned: FloatArray | None = None
         self._sails_lines = True
         self._here: tuple[float, float] | None = None
         self._sailed_m = 0.0
@@ -224,9 +240,10 @@ class SurveyPlanner:
         relief = Relief(landmarks.layout.positions_en_m[some], landmarks.heights_m[some], landmarks.sd_m[some])
         nodes = np.column_stack((survey.nodes_en_m, np.full(len(survey.nodes_en_m), situation.band.highest_m)))
         teammates = [mate.index for mate in situation.teammates]
-        strengths = relief.strength_at(survey.nodes_en_m)
-        track = survey.next_way(here, strengths, sounded, left_m, teammates, situation.admissible(nodes))
-        part = track[: max(2, round(survey.params.part_m / survey.params.step_m) + 1)]
+        allowed = situation.admissible(nodes)
+        track = survey.next_way(here, survey.roughness(relief), sounded, left_m, teammates, allowed, self._planned)
+        count = max(2, round(survey.params.part_m / survey.params.step_m) + 1)
+        part, self._planned = track[:count], track[count:]
         self._corners = deque(map(tuple, corners_of(part, STRAIGHT_WITHIN_M)[1:].tolist()))
         return bool(self._corners)
 
