@@ -17,7 +17,7 @@ from vehicle_agent.domain import kernels
 from vehicle_agent.mission.tasks import PlannerName
 from vehicle_agent.planning.choose import make_planner
 
-PLANNERS: tuple[PlannerName, ...] = ("tours", "claims", "fcao", "closest-frontier", "greedy")
+PLANNERS: tuple[PlannerName, ...] = ("tours", "lanes", "claims", "fcao", "closest-frontier", "greedy")
 HILLS = HillsParams()
 LATTICE_M = 4.0
 MAX_STEPS = 1_000

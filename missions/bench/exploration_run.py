@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vehicle_agent.behaviour.goal_claim import told_lanes
 from vehicle_agent.behaviour.units import to_centimetres
 from vehicle_agent.domain.elevation import CellObservations, ElevationMap
 from vehicle_agent.domain.frames import FloatArray, Point
@@ -226,8 +227,9 @@ class _Exploration:
         self._lowest_m = min(self._lowest_m, float(flown_m[0]))
 
     def _claim(self, decision: Waypoint, before: Waypoint | None) -> None:
-        """Tell the team of a goal or a tour that is not the one told before."""
-        same = before is not None and (before.goal_enu_m, before.tour) == (decision.goal_enu_m, decision.tour)
+        """Tell the team of a goal, a tour or lanes that are not those told before."""
+        told = (decision.goal_enu_m, decision.tour, decision.lanes)
+        same = before is not None and (before.goal_enu_m, before.tour, before.lanes) == told
         if decision.goal_enu_m is None or same:
             return
         number, patches = (decision.tour.number, decision.tour.patches) if decision.tour else (0, ())
@@ -235,7 +237,7 @@ class _Exploration:
             Claim(
                 sender="v", boot_id=0, sequence=0, stamp_ms=0, active=True,
                 goal_cm=to_centimetres(decision.goal_enu_m), cost_m=round(decision.goal_cost_m),
-                tour_number=number, tour=patches,
+                tour_number=number, tour=patches, lanes=told_lanes(decision.lanes),
             )
         )  # fmt: skip
 
@@ -243,4 +245,4 @@ class _Exploration:
         goal = self._goals[index]
         if goal is None or goal.goal_enu_m is None:
             return Teammate(index, self._positions[index])
-        return Teammate(index, self._positions[index], goal.goal_enu_m, goal.goal_cost_m, goal.tour)
+        return Teammate(index, self._positions[index], goal.goal_enu_m, goal.goal_cost_m, goal.tour, goal.lanes)

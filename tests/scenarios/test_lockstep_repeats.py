@@ -22,7 +22,7 @@ def saved(folder: Path, seed: int, planner: str) -> dict[str, bytes]:
     return {name: (folder / name).read_bytes() for name in FILES}
 
 
-@pytest.mark.parametrize("planner", ["tours", "fcao"])
+@pytest.mark.parametrize("planner", ["tours", "lanes", "fcao"])
 def test_one_seed_one_result(tmp_path: Path, planner: str) -> None:
     first = saved(tmp_path / "first", 7, planner)
     assert saved(tmp_path / "second", 7, planner) == first

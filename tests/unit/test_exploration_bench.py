@@ -1,4 +1,4 @@
-"""Exploration in steps: the default planner sees all hills and keeps its height over the true ground."""
+"""Exploration in steps: planners that share the ground out see all hills and keep their height over the true ground."""
 
 from __future__ import annotations
 
@@ -7,12 +7,13 @@ import pytest
 
 from missions.bench.exploration import Job, run_job
 from missions.bench.exploration_run import TeamParams
+from vehicle_agent.mission.tasks import PlannerName
 
 
-@pytest.mark.parametrize("environment", range(2))
-def test_the_default_planner_explores_hills_without_touching_them(environment: int) -> None:
+@pytest.mark.parametrize(("planner", "environment"), [("tours", 0), ("tours", 1), ("lanes", 0)])
+def test_hills_are_explored_without_touching_them(planner: PlannerName, environment: int) -> None:
     team = TeamParams()
-    _, run = run_job(Job("tours", environment, 5, 8, team, None))
+    _, run = run_job(Job(planner, environment, 5, 8, team, None))
     assert run.finished
     assert run.steps < 150
     flown_m = np.linalg.norm(np.diff(run.positions_enu_m, axis=0), axis=2)

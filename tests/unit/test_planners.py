@@ -24,7 +24,7 @@ from vehicle_agent.planning.interface import Finished, Observation, Situation, T
 GRID = Grid(0.0, 0.0, 10.0, 60, 40)
 RANGE_M = 80.0
 ALL = np.ones(GRID.shape, dtype=bool)
-PLANNERS = ("tours", "claims", "fcao", "cao", "closest-frontier", "greedy")
+PLANNERS = ("tours", "lanes", "claims", "fcao", "cao", "closest-frontier", "greedy")
 
 
 def known(*rectangles: tuple[int, int, int, int]) -> ElevationMap:
@@ -231,13 +231,14 @@ def test_frontier_planners_let_go_of_what_they_cannot_mend() -> None:
             assert decisions < 60
 
 
-def test_tours_let_go_of_ground_that_nobody_may_fly_near_enough_to_see() -> None:
+@pytest.mark.parametrize("name", ["tours", "lanes"])
+def test_sharing_planners_let_go_of_ground_that_nobody_may_fly_near_enough_to_see(name: str) -> None:
     """A forbidden block in a map that is known but for it: a vehicle beside it must not hover for ever."""
     team_map = known((0, 0, 60, 10), (0, 30, 60, 40), (0, 10, 20, 30), (40, 10, 60, 30))
-    tours = planner("tours")
+    sharing = planner(name)
     here: Point = (203.0, 94.0, 20.0)
     decisions = 0
-    while not isinstance(decision := tours.ask(situation(team_map, here)), Finished):  # type: ignore[attr-defined]
+    while not isinstance(decision := sharing.ask(situation(team_map, here)), Finished):  # type: ignore[attr-defined]
         here = decision.position_enu_m if isinstance(decision, Waypoint) else here
         decisions += 1
         assert decisions < 400

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
+from vehicle_agent.behaviour.goal_claim import heard_lanes
 from vehicle_agent.behaviour.intent import Line, Whereabouts
 from vehicle_agent.behaviour.leg import resting_place, swing
 from vehicle_agent.behaviour.units import to_metres
@@ -109,6 +110,7 @@ class TeamPicture:
                     to_metres(claim.goal_cm) if claim else None,
                     float(claim.cost_m) if claim else 0.0,
                     AnnouncedTour(claim.tour_number, claim.tour) if claim and claim.tour else None,
+                    heard_lanes(claim.lanes) if claim else None,
                 )
             )
         return tuple(working)

@@ -8,7 +8,7 @@ from msgspec import Meta
 
 from vehicle_agent.mission.tables import Table
 
-PlannerName = Literal["tours", "claims", "fcao", "cao", "closest-frontier", "greedy"]
+PlannerName = Literal["tours", "lanes", "claims", "fcao", "cao", "closest-frontier", "greedy"]
 
 
 class ExploreTask(Table, frozen=True, kw_only=True, tag_field="kind", tag="explore"):

@@ -15,6 +15,7 @@ from vehicle_agent.planning.coverage import CaoCoverage
 from vehicle_agent.planning.exploration import CaoExplorer, Fcao
 from vehicle_agent.planning.explore_then_cover import ExploreThenCover
 from vehicle_agent.planning.interface import Planner
+from vehicle_agent.planning.lane_explorer import LaneExplorer
 from vehicle_agent.planning.spread_first import SpreadFirst
 from vehicle_agent.planning.stations import Stations, StationsParams
 from vehicle_agent.planning.tour_explorer import TourExplorer
@@ -77,6 +78,8 @@ def make_planner(
     match name:
         case "tours":
             return TourExplorer(home_en_m, range_m)
+        case "lanes":
+            return LaneExplorer(home_en_m, TourExplorer(home_en_m, range_m))
         case "claims":
             return Claims(grid, range_m)
         case "fcao":

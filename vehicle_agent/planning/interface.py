@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 from vehicle_agent.domain.elevation import ElevationMap
@@ -28,6 +28,42 @@ class AnnouncedTour:
 
 
 @dataclass(frozen=True, slots=True)
+class AnnouncedLanes:
+    """A plan for the whole team: ways of straight lanes that together show what is unseen.
+
+    Attributes
+    ----------
+    number
+        Higher than every plan's that it was made from; the highest counts.
+    by
+        Team index of who made it; of two plans with the same number that of the higher index counts.
+    vehicles
+        Team indices of those planned for.
+    ways
+        Of each: east and north of its bends by turns, in quarters of the blocks that the ground is divided into.
+    flown
+        Bends that the vehicle that tells the plan reached last, as in ways.
+    """
+
+    number: int
+    by: int
+    vehicles: tuple[int, ...]
+    ways: tuple[tuple[int, ...], ...]
+    flown: tuple[int, ...] = ()
+
+    def way_of(self, index: int) -> tuple[int, ...]:
+        """The way of a vehicle, nothing when there is no plan for it."""
+        return self.ways[self.vehicles.index(index)] if index in self.vehicles else ()
+
+    def with_way(self, index: int, way: tuple[int, ...]) -> AnnouncedLanes:
+        """The plan with another way for a vehicle; the same when there is none for it."""
+        if index not in self.vehicles:
+            return self
+        place = self.vehicles.index(index)
+        return replace(self, ways=(*self.ways[:place], way, *self.ways[place + 1 :]))
+
+
+@dataclass(frozen=True, slots=True)
 class Teammate:
     """What a vehicle knows of a teammate that it still hears.
 
@@ -43,6 +79,8 @@ class Teammate:
         Length of its way to that goal when it claimed it.
     tour
         What it announced to visit; None when it announced nothing.
+    lanes
+        The team's plan as it told it last; None when it told none.
     """
 
     index: int
@@ -50,6 +88,7 @@ class Teammate:
     goal_enu_m: Point | None = None
     goal_cost_m: float = 0.0
     tour: AnnouncedTour | None = None
+    lanes: AnnouncedLanes | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,6 +156,8 @@ class Waypoint:
         Points after this one, as planned now.
     tour
         Patches that it means to visit, for teammates to leave to it; None when it plans none.
+    lanes
+        The team's plan that it follows; None when it follows none.
     """
 
     position_enu_m: Point
@@ -125,6 +166,7 @@ class Waypoint:
     goal_cost_m: float = 0.0
     route_enu_m: tuple[Point, ...] = ()
     tour: AnnouncedTour | None = None
+    lanes: AnnouncedLanes | None = None
 
 
 @dataclass(frozen=True, slots=True)

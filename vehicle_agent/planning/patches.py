@@ -48,6 +48,7 @@ class PatchDivision:
 
     Attributes
     ----------
+    corner_en_m : (2,) float64, south-western corner of the first patch, ENU metres.
     across, along : (columns,) and (rows,) int64; the sum of both is the number of a cell's patch, of one outside the
         area's bounding box the nearest patch's.
     """
@@ -71,6 +72,8 @@ class PatchDivision:
         )
         self.across: IndexArray = across * self.shape[1]
         self.along: IndexArray = along
+        corner = np.array(self._first, dtype=np.float64) * grid.cell_m
+        self.corner_en_m: FloatArray = corner + np.array((grid.west_m, grid.south_m))
 
     def cells_of(self, number: int) -> tuple[slice, slice]:
         """Columns and rows of a patch."""
@@ -115,6 +118,14 @@ class UnseenPatches:
     def unseen_in(self, patch: int) -> int:
         """Number of unseen cells of a patch."""
         return int(self._sums[patch, 0])
+
+    def in_all(self) -> int:
+        """Number of unseen cells."""
+        return int(self._sums[:, 0].sum())
+
+    def by_place(self) -> FloatArray:
+        """Number of unseen cells of each patch: (patches across, patches along) float64."""
+        return self._sums[:, 0].reshape(self._division.shape).astype(np.float64)
 
     def stops(self, given_up: set[int], radius_m: float, remnant_cells: float, beside_m: float) -> Stops:
         """Places from which all that is unseen is seen, at most one in each patch.

@@ -29,9 +29,7 @@ from vehicle_agent.planning.interface import (
 )
 from vehicle_agent.planning.patches import PatchDivision, UnseenPatches
 from vehicle_agent.planning.team_tours import Tourist, own_tour
-from vehicle_agent.planning.travel import next_leg, way_length_m
-
-EastNorth = tuple[float, float]
+from vehicle_agent.planning.travel import EastNorth, along, beyond, next_leg, way_length_m
 
 
 @dataclass(frozen=True, slots=True)
@@ -173,7 +171,7 @@ class TourExplorer:
         route = [(target[0], target[1], end[2]), *((e, n, end[2]) for e, n in self._tour_en_m[1:])]
         why = f"{what}, first of {len(self._tour_en_m)} in its tour"
         self._leg_end = end
-        first = _on_the_way(here, end, situation.constraints.reach_m)
+        first = along(here, end, situation.constraints.reach_m)
         self._waypoint = Waypoint(first, why, goal, away_m, tuple(route[:12]), self._tour)
         return self._waypoint
 
@@ -182,7 +180,7 @@ class TourExplorer:
         here, reach_m = situation.position_enu_m, situation.constraints.reach_m
         if math.dist(here, self._leg_end) < WHOLE_STEP * reach_m:
             return None
-        step = _on_the_way(here, self._leg_end, reach_m)
+        step = along(here, self._leg_end, reach_m)
         allowed = situation.constraints.admissible(here, np.array([step]))[0]
         return dataclasses.replace(waypoint, position_enu_m=step) if allowed else None
 
@@ -195,7 +193,7 @@ class TourExplorer:
         self._part_of_a_step = min(max(steps_m / constraints.reach_m - steps, 0.0), 0.99)
         longer = constraints if steps == 1 else dataclasses.replace(constraints, reach_m=steps * constraints.reach_m)
         if away_m < constraints.reach_m and len(self._tour_en_m) > 1:
-            target = _beyond(target, self._tour_en_m[1], constraints.reach_m - away_m)
+            target = beyond(target, self._tour_en_m[1], constraints.reach_m - away_m)
         bent = self._bent(situation, target)
         if bent is not None:
             end = next_leg(here, bent, longer)
@@ -280,22 +278,3 @@ class TourExplorer:
 
 def _nearest(points_en_m: FloatArray, position_enu_m: Point) -> int:
     return int(np.argmin(np.hypot(*(points_en_m - np.array(position_enu_m[:2])).T)))
-
-
-def _on_the_way(here: Point, end: Point, reach_m: float) -> Point:
-    """The end of a leg, or the place on it that is so far over ground."""
-    away_m = math.hypot(end[0] - here[0], end[1] - here[1])
-    if away_m <= reach_m:
-        return end
-    part = reach_m / away_m
-    return (
-        here[0] + part * (end[0] - here[0]),
-        here[1] + part * (end[1] - here[1]),
-        here[2] + part * (end[2] - here[2]),
-    )
-
-
-def _beyond(place: EastNorth, following: EastNorth, length_m: float) -> EastNorth:
-    """A place on the way from one to the next, so that a leg does not end at the first."""
-    part = min(1.0, (length_m + 0.01) / max(math.dist(place, following), 1e-9))
-    return (place[0] + part * (following[0] - place[0]), place[1] + part * (following[1] - place[1]))

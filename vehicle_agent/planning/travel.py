@@ -12,6 +12,7 @@ from vehicle_agent.domain.polygon import BoolArray
 from vehicle_agent.planning.constraints import Constraints
 
 Cell = tuple[int, int]
+EastNorth = tuple[float, float]
 
 NOWHERE = (-1, -1)
 BESIDE_CELLS = 3
@@ -37,6 +38,28 @@ def next_leg(position_enu_m: Point, goal_en_m: tuple[float, float], constraints:
 def way_length_m(position_enu_m: Point, goal_en_m: tuple[float, float]) -> float:
     """Straight horizontal distance to a goal, metres: the measure by which frontiers are compared."""
     return math.hypot(goal_en_m[0] - position_enu_m[0], goal_en_m[1] - position_enu_m[1])
+
+
+def along(start_enu_m: Point, end_enu_m: Point, reach_m: float) -> Point:
+    """The end of a leg, or the place on it that is so far over ground."""
+    away_m = math.hypot(end_enu_m[0] - start_enu_m[0], end_enu_m[1] - start_enu_m[1])
+    if away_m <= reach_m:
+        return end_enu_m
+    part = reach_m / away_m
+    return (
+        start_enu_m[0] + part * (end_enu_m[0] - start_enu_m[0]),
+        start_enu_m[1] + part * (end_enu_m[1] - start_enu_m[1]),
+        start_enu_m[2] + part * (end_enu_m[2] - start_enu_m[2]),
+    )
+
+
+def beyond(place_en_m: EastNorth, following_en_m: EastNorth, length_m: float) -> EastNorth:
+    """A place on the way from one to the next, so that a leg does not end at the first."""
+    part = min(1.0, (length_m + 0.01) / max(math.dist(place_en_m, following_en_m), 1e-9))
+    return (
+        place_en_m[0] + part * (following_en_m[0] - place_en_m[0]),
+        place_en_m[1] + part * (following_en_m[1] - place_en_m[1]),
+    )
 
 
 def _targets(

@@ -19,6 +19,10 @@ MAX_RECORDS = 256
 Name = Annotated[str, Meta(pattern=NAME_PATTERN)]
 U32 = Annotated[int, Meta(ge=0, le=2**32 - 1)]
 PatchNumber = Annotated[int, Meta(ge=0, lt=400)]
+TeamIndex = Annotated[int, Meta(ge=0, lt=256)]
+BendPart = Annotated[int, Meta(ge=-100, lt=2**16)]
+"""East or north of a bend, in quarters of a block of ground."""
+Bends = Annotated[tuple[BendPart, ...], Meta(max_length=128)]
 StampMs = Annotated[int, Meta(ge=0, le=2**53)]
 Centimetres = Annotated[int, Meta(ge=-(10**8), le=10**8)]
 PositionCm = tuple[Centimetres, Centimetres, Centimetres]
@@ -159,6 +163,27 @@ class MapDelta(Message, frozen=True, tag=2, kw_only=True):
     record: DeltaRecord
 
 
+class TeamLanes(msgspec.Struct, array_like=True, frozen=True):
+    """Ways of straight lanes for a whole team, of bends told as east and north by turns."""
+
+    number: U32
+    """Higher than every plan's that it was made from."""
+    by: TeamIndex
+    """Who made it."""
+    vehicles: Annotated[tuple[TeamIndex, ...], Meta(max_length=256)]
+    """Whom it is made for."""
+    ways: tuple[Bends, ...]
+    """One for each of them."""
+    flown: Annotated[tuple[BendPart, ...], Meta(max_length=16)] = ()
+    """Bends that the sender reached last."""
+
+    def __post_init__(self) -> None:
+        if len(self.ways) != len(self.vehicles) or len(set(self.vehicles)) != len(self.vehicles):
+            raise ValueError("a team's lanes need one way for each vehicle")
+        if any(len(way) % 2 for way in (*self.ways, self.flown)):
+            raise ValueError("a bend needs an east and a north")
+
+
 class Claim(Message, frozen=True, tag=3, kw_only=True):
     """The goal that the sender is going for, so that others choose another; `active` false lets it go."""
 
@@ -170,6 +195,8 @@ class Claim(Message, frozen=True, tag=3, kw_only=True):
     """Higher than every tour's that the sender knew of when it planned its own; 0 when it plans none."""
     tour: Annotated[tuple[PatchNumber, ...], Meta(max_length=400)] = ()
     """Patches of the ground that the sender means to visit, the next one first."""
+    lanes: TeamLanes | None = None
+    """The team's plan that the sender follows."""
 
 
 class Event(Message, frozen=True, tag=4, kw_only=True):

@@ -1,0 +1,102 @@
+"""Lanes: what they are expected to show, and that a team's ways get shorter without leaving ground out."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from vehicle_agent.domain.frames import FloatArray
+from vehicle_agent.domain.lane_sight import look_around, sight_of, sweep
+from vehicle_agent.domain.shared_lanes import LaneCosts, Ways, mend_lanes
+
+SHAPE = (20, 16)
+COSTS = LaneCosts(0.0, 0.6, 4.0, 1.0, 0.0)
+PARTS = st.floats(-3.0, 22.0)
+
+
+def left_by(ways: Ways) -> float:
+    """What is expected to stay unseen of a wholly unseen ground."""
+    unseen, summed = np.ones(SHAPE), np.zeros(SHAPE, dtype=np.int32)
+    left = unseen.sum()
+    for bends, count in zip(ways.bends, ways.counts, strict=True):
+        for place in range(1, count):
+            left += sweep(sight_of(4.0, SHAPE), unseen, summed, *bends[place - 1], *bends[place], 1)
+    return float(left)
+
+
+def ways_from(starts: FloatArray) -> Ways:
+    bends = np.zeros((len(starts), 24, 2))
+    bends[:, 0] = starts
+    return Ways(bends, np.ones(len(starts), dtype=np.int64), starts.copy())
+
+
+def mended(ways: Ways, seed: int, costs: LaneCosts = COSTS, trials: int = 20_000) -> FloatArray:
+    rng = np.random.default_rng(seed)
+    return mend_lanes(ways, sight_of(4.0, SHAPE), np.ones(SHAPE), costs, trials, 0.5, 0.01, rng)
+
+
+@settings(deadline=None)
+@given(PARTS, PARTS, PARTS, PARTS, PARTS, PARTS)
+def test_a_lane_taken_off_leaves_what_was_before(
+    a_u: float, a_v: float, b_u: float, b_v: float, c_u: float, c_v: float
+) -> None:
+    sight, unseen, summed = sight_of(3.0, SHAPE), np.ones(SHAPE), np.zeros(SHAPE, dtype=np.int32)
+    first = sweep(sight, unseen, summed, a_u, a_v, b_u, b_v, 1)
+    before = summed.copy()
+    more = sweep(sight, unseen, summed, b_u, b_v, c_u, c_v, 1)
+    assert -unseen.sum() <= first + more <= first <= 0.0
+    assert sweep(sight, unseen, summed, b_u, b_v, c_u, c_v, -1) == pytest.approx(-more)
+    assert np.array_equal(summed, before)
+
+
+def test_ground_is_the_surer_seen_the_nearer_it_lies_to_a_lane() -> None:
+    sight, unseen, summed = sight_of(4.0, SHAPE), np.ones(SHAPE), np.zeros(SHAPE, dtype=np.int32)
+    sweep(sight, unseen, summed, 2.0, 8.0, 17.0, 8.0, 1)
+    across = summed[10, 8:]
+    assert (np.diff(across) <= 0).all()
+    assert across[0] > across[3] > 0
+    assert across[5:].max() == 0
+    assert np.array_equal(summed[:, 8 - 4], summed[:, 8 + 4])
+
+
+def test_what_a_look_did_not_show_only_a_nearer_one_shows() -> None:
+    sight, unseen, summed = sight_of(4.0, SHAPE), np.ones(SHAPE), np.zeros(SHAPE, dtype=np.int32)
+    look_around(sight, np.array([[10.0, 8.0]]), 1_000)
+    sweep(sight, unseen, summed, 10.0, 11.0, 10.0, 11.1, 1)
+    assert summed[10, 10] > 0
+    assert summed[10, 9] == 0
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_two_vehicles_share_the_ground_and_see_all_of_it(seed: int) -> None:
+    starts = np.array([[0.0, 0.0], [0.0, 1.0]])
+    both, alone = ways_from(starts), ways_from(starts[:1])
+    lengths, length = mended(both, seed), mended(alone, seed)
+    assert left_by(both) < 0.03 * SHAPE[0] * SHAPE[1]
+    assert left_by(alone) < 0.03 * SHAPE[0] * SHAPE[1]
+    assert lengths.max() < 0.75 * length.max()
+    assert np.array_equal(both.bends[:, 0], starts)
+
+
+def test_mending_makes_nothing_worse_and_repeats() -> None:
+    first, second = (ways_from(np.array([[0.0, 0.0], [19.0, 15.0]])) for _ in range(2))
+    assert np.array_equal(mended(first, 4), mended(second, 4))
+    assert np.array_equal(first.bends, second.bends)
+    before = mended(first, 5, trials=0).max(), left_by(first)
+    after = mended(first, 6, trials=500).max(), left_by(first)
+    worth = [
+        longest + COSTS.unseen * (left + COSTS.dearer * max(0.0, left - COSTS.allowed))
+        for longest, left in (before, after)
+    ]
+    assert worth[1] <= worth[0] + 1.0
+
+
+def test_a_way_home_is_part_of_a_way() -> None:
+    there, back = ways_from(np.array([[0.0, 0.0]])), ways_from(np.array([[0.0, 0.0]]))
+    one_way = mended(there, 1)
+    both_ways = mended(back, 1, LaneCosts(1.0, 0.6, 4.0, 1.0, 0.0))
+    end = back.bends[0, back.counts[0] - 1]
+    assert both_ways[0] > one_way[0]
+    assert np.hypot(*end) < np.hypot(*there.bends[0, there.counts[0] - 1])

@@ -1,0 +1,132 @@
+"""Lanes: decentralised exploration along ways that the team makes shorter together as it flies.
+
+Every vehicle knows the team's plan: for each vehicle a way of straight lanes that together are expected to show all
+that is unseen. Whoever decides takes the latest plan it heard of, drops what has been flown, tries some changes by what
+the team's map shows now, and tells the plan that came of it. Nobody is in the middle, and no trial is lost: the plan is
+annealed by the whole team. Ground too large for lanes, and what lanes cannot lead to, is left to tours.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+
+from vehicle_agent.domain.frames import Point
+from vehicle_agent.planning.frontier_travel import bearing_word
+from vehicle_agent.planning.interface import Decision, Observation, Situation, Waypoint
+from vehicle_agent.planning.team_lanes import LanesParams, TeamLanes
+from vehicle_agent.planning.tour_explorer import TourExplorer
+from vehicle_agent.planning.travel import EastNorth, along, beyond, next_leg
+
+PLAN_HOLDS = 0.75
+"""A plan is followed for this many sensing ranges before it is mended again."""
+LONGEST_WAY = 60.0
+"""Lanes are planned once what is unseen fits into ways of so many sensing ranges, each 1.5 ranges wide."""
+LAST_GROUND = 1.0
+"""With less unseen than this many squared sensing ranges for each vehicle the plan is mended at every step."""
+LEAST_PROGRESS, PROGRESS_OVER = 0.02, 6
+"""Where over so many steps the team sees less than so many squared sensing ranges per vehicle and step, tours lead."""
+ARRIVED = 0.6
+"""A bend is reached within so many steps."""
+WHOLE_STEP = 0.95
+"""A leg is flown on while so much of a step is left of it: short steps waste time."""
+
+
+class LaneExplorer:
+    """One vehicle's part in the team's lanes.
+
+    Parameters
+    ----------
+    home_en_m
+        Where vehicles return to; None when they need not.
+    tours
+        Leads where lanes do not.
+    """
+
+    def __init__(self, home_en_m: EastNorth | None, tours: TourExplorer, params: LanesParams | None = None) -> None:
+        self._params = params or LanesParams()
+        self._home_en_m = home_en_m
+        self._tours = tours
+        self._lanes: TeamLanes | None = None
+        self._waypoint: Waypoint | None = None
+        self._leg_end: Point = (0.0, 0.0, 0.0)
+        self._steps_left = 0
+        self._steps = 0
+        self._unseen_at: tuple[int, float] = (0, math.inf)
+        self._without_lanes = False
+
+    def tell(self, observation: Observation) -> None:
+        """Nothing is learned from measurements beyond the map."""
+
+    def ask(self, situation: Situation) -> Decision:
+        if self._lanes is None:
+            self._lanes = TeamLanes(situation, self._home_en_m, self._params)
+        elsewhere = self._lanes.adopt(situation)
+        self._steps_left -= 1
+        self._steps += 1
+        if self._waypoint is not None and self._steps_left > 0 and not elsewhere:
+            flown_on = self._fly_on(situation, self._waypoint)
+            if flown_on is not None:
+                return flown_on
+        self._waypoint = None
+        if self._steps_left <= 0 and not self._mend(situation, self._lanes):
+            return self._tours.ask(situation)
+        return self._follow(situation, self._lanes)
+
+    def _mend(self, situation: Situation, lanes: TeamLanes) -> bool:
+        """Make the plan better; False when the ground is not one for lanes."""
+        ranges2_each = lanes.unseen_ranges2(situation) / (1 + len(situation.teammates))
+        since, before = self._unseen_at
+        if self._steps - since >= PROGRESS_OVER:
+            self._without_lanes |= before - ranges2_each < LEAST_PROGRESS * (self._steps - since)
+            self._unseen_at = (self._steps, ranges2_each)
+        if self._without_lanes or not 0.0 < ranges2_each < 1.5 * LONGEST_WAY:
+            lanes.plan = None
+            return False
+        holds = max(1, round(PLAN_HOLDS * situation.range_m / situation.constraints.reach_m))
+        self._steps_left = holds
+        if lanes.plan is None:  # teammates mend the plan by turns
+            self._steps_left -= situation.index % holds
+        if ranges2_each < LAST_GROUND:
+            self._steps_left = 1
+        lanes.mend(situation)
+        return True
+
+    def _fly_on(self, situation: Situation, waypoint: Waypoint) -> Waypoint | None:
+        """The next step of the present leg; None at its end and where it is taken."""
+        here, reach_m = situation.position_enu_m, situation.constraints.reach_m
+        if math.dist(here[:2], self._leg_end[:2]) < WHOLE_STEP * reach_m:
+            return None
+        step = along(here, self._leg_end, reach_m)
+        allowed = situation.constraints.admissible(here, np.array([step]))[0]
+        return dataclasses.replace(waypoint, position_enu_m=step) if allowed else None
+
+    def _follow(self, situation: Situation, lanes: TeamLanes) -> Decision:
+        """The next leg of the own way; where none is left of it or it is barred, tours lead."""
+        constraints, here = situation.constraints, situation.position_enu_m
+        bends = lanes.bends_en_m(situation.index)
+        while bends and math.dist(bends[0], here[:2]) < ARRIVED * constraints.reach_m:
+            del bends[0]
+            lanes.reached_first(situation.index)
+        end = self._leg(situation, bends) if bends else None
+        if end is None:
+            decision = self._tours.ask(situation)
+            return dataclasses.replace(decision, lanes=lanes.plan) if isinstance(decision, Waypoint) else decision
+        self._leg_end = end
+        away_m = math.dist(bends[0], here[:2])
+        route = tuple((east_m, north_m, end[2]) for east_m, north_m in bends[:12])
+        why = f"lane {away_m:.0f} m {bearing_word(here[:2], bends[0])}, first of {len(bends)} in its way"
+        step = along(here, end, constraints.reach_m)
+        self._waypoint = Waypoint(step, why, route[0], away_m, route, None, lanes.plan)
+        return self._waypoint
+
+    def _leg(self, situation: Situation, bends: list[EastNorth]) -> Point | None:
+        constraints, here = situation.constraints, situation.position_enu_m
+        target, away_m = bends[0], math.dist(bends[0], here[:2])
+        if away_m < constraints.reach_m and len(bends) > 1:
+            target = beyond(target, bends[1], constraints.reach_m - away_m)
+        steps = max(1, self._steps_left)
+        longer = constraints if steps == 1 else dataclasses.replace(constraints, reach_m=steps * constraints.reach_m)
+        return next_leg(here, target, longer)

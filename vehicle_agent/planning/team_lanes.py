@@ -1,0 +1,208 @@
+"""The team's plan of lanes as one vehicle holds it: taken over from whoever made it better last, and made better."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from vehicle_agent.domain.frames import FloatArray
+from vehicle_agent.domain.lane_sight import look_around, sight_of
+from vehicle_agent.domain.shared_lanes import LaneCosts, Ways, mend_lanes
+from vehicle_agent.planning.interface import AnnouncedLanes, Situation
+from vehicle_agent.planning.patches import PatchDivision, UnseenPatches
+from vehicle_agent.planning.travel import EastNorth
+
+
+@dataclass(frozen=True, slots=True)
+class LanesParams:
+    """How ways of lanes are planned.
+
+    Attributes
+    ----------
+    block
+        Width of the blocks of ground that are counted, in sensing ranges.
+    sight
+        How far is seen, as a share of the sensing range.
+    most_bends
+        Of one way.
+    first_trials, trials
+        Changes each vehicle tries at its first decision, and whenever it mends the plan later.
+    first_hot, first_cool, hot, cool
+        Heat of the annealing over all first decisions and later, in sensing ranges of way.
+    unseen, dearer, allowed
+        Way that ground as large as a squared sensing range is worth, in sensing ranges; beyond the allowed share of the
+        area that may stay unseen it is worth so many times more.
+    begins_ahead
+        Ground nearer than this many ranges is not seen from where a vehicle is: its lane begins beyond.
+    most_looked
+        Share of the surest look that a fruitless look counts for at most: right above, all is tried again.
+    arrived
+        A bend that lies within so many sensing ranges of its vehicle is flown.
+    """
+
+    block: float = 0.25
+    sight: float = 0.93
+    most_bends: int = 48
+    first_trials: int = 50_000
+    trials: int = 10_000
+    first_hot: float = 0.125
+    first_cool: float = 0.003
+    hot: float = 0.0125
+    cool: float = 0.0025
+    unseen: float = 1.6
+    dearer: float = 4.0
+    allowed: float = 0.004
+    begins_ahead: float = 0.5
+    most_looked: float = 0.4
+    arrived: float = 0.15
+
+
+UNITS_PER_BLOCK = 4
+"""Bends are told in such parts of a block."""
+FLOWN_TOLD = 4
+"""Bends that a vehicle reached last, told so that nobody plans them again."""
+LOOKS_PER_MEND = 3
+"""Places on the way since the last plan from where a vehicle is taken to have looked around."""
+LAST_NUMBER = 2**32 - 1
+
+
+class TeamLanes:
+    """One vehicle's copy of the plan, and what it knows of the ground that the plan is for.
+
+    Parameters
+    ----------
+    situation
+        The first one: its map's grid and area are divided into blocks.
+    home_en_m
+        Where vehicles return to; None when they need not.
+    """
+
+    def __init__(self, situation: Situation, home_en_m: EastNorth | None, params: LanesParams) -> None:
+        self._params, self._home_en_m, self._range_m = params, home_en_m, situation.range_m
+        grid = situation.team_map.grid
+        self._division = PatchDivision(grid, situation.area_cells, params.block * situation.range_m, most=10**6)
+        self._unseen = UnseenPatches(self._division)
+        self._block_m = np.array(self._division.size_cells) * grid.cell_m
+        self._range_blocks = situation.range_m / float(self._block_m.mean())
+        self._sight = sight_of(params.sight * self._range_blocks, self._division.shape)
+        self._area_blocks = float(situation.area_cells.sum()) / math.prod(self._division.size_cells)
+        self._looked_from: dict[int, FloatArray] = {}
+        self._flown: tuple[int, ...] = ()
+        self.plan: AnnouncedLanes | None = None
+
+    def unseen_ranges2(self, situation: Situation) -> float:
+        """How much is unseen, in squared sensing ranges."""
+        self._unseen.follow(situation.team_map, situation.area_cells)
+        return self._unseen.in_all() * self._division.grid.cell_m**2 / self._range_m**2
+
+    def adopt(self, situation: Situation) -> bool:
+        """Take over the team's latest plan; True when the own way begins with another bend by it."""
+        if self.plan is None:
+            return False
+        latest = self.plan
+        for mate in situation.teammates:
+            plan = mate.lanes
+            if plan is not None and (plan.number, plan.by) > (latest.number, latest.by):
+                latest = plan
+        if latest is self.plan:
+            return False
+        before = self.plan.way_of(situation.index)[:2]
+        way = _not_flown(latest.way_of(situation.index), self._flown)
+        self.plan = dataclasses.replace(latest.with_way(situation.index, way), flown=self._flown)
+        return way[:2] != before
+
+    def mend(self, situation: Situation) -> None:
+        """Drop what was flown from the latest plan and try changes to the rest."""
+        params = self._params
+        mates = situation.teammates
+        indices = tuple(sorted([situation.index, *(mate.index for mate in mates)]))
+        places = {mate.index: mate.position_enu_m[:2] for mate in mates} | {
+            situation.index: situation.position_enu_m[:2]
+        }
+        starts = self._to_blocks(np.array([places[index] for index in indices]))
+        self._note_looks(indices, starts)
+        plans = [mate.lanes for mate in mates if mate.lanes is not None] + ([self.plan] if self.plan else [])
+        latest = max(plans, key=lambda plan: (plan.number, plan.by), default=None)
+        flown = {mate.index: mate.lanes.flown for mate in mates if mate.lanes is not None}
+        flown[situation.index] = self._flown
+        ways = self._ways(indices, starts, latest, flown)
+        hot, cool, trials = params.hot, params.cool, params.trials
+        if self.plan is None:  # each first decision is a part of one long annealing
+            falls = params.first_cool / params.first_hot
+            hot, cool = (params.first_hot * falls ** (part / len(indices)) for part in (len(plans), 1 + len(plans)))
+            trials = params.first_trials
+        number = min(1 + (latest.number if latest else 0), LAST_NUMBER)
+        scale = self._range_blocks
+        allowed = params.allowed * self._area_blocks
+        costs = LaneCosts(
+            0.0 if self._home_en_m is None else 1.0, params.unseen / scale, params.dearer, allowed,
+            params.begins_ahead * scale,
+        )  # fmt: skip
+        mend_lanes(
+            ways, self._sight, self._unseen.by_place() / math.prod(self._division.size_cells),
+            costs,
+            trials, hot * scale, cool * scale, np.random.default_rng((number, situation.index)),
+        )  # fmt: skip
+        told = tuple(
+            tuple(round(float(part) * UNITS_PER_BLOCK) for part in bends[1:count].ravel())
+            for bends, count in zip(ways.bends, ways.counts, strict=True)
+        )
+        self.plan = AnnouncedLanes(number, situation.index, indices, told, self._flown)
+
+    def bends_en_m(self, index: int) -> list[EastNorth]:
+        """Bends of a vehicle's way, ENU metres."""
+        way = self.plan.way_of(index) if self.plan else ()
+        places = (np.array(way).reshape(-1, 2) / UNITS_PER_BLOCK + 0.5) * self._block_m + self._division.corner_en_m
+        return [(float(east_m), float(north_m)) for east_m, north_m in places]
+
+    def reached_first(self, index: int) -> None:
+        """Take the first bend off the own way, and remember that it was flown."""
+        assert self.plan is not None
+        way = self.plan.way_of(index)
+        self._flown = (*self._flown[2 - 2 * FLOWN_TOLD :], *way[:2])
+        self.plan = dataclasses.replace(self.plan.with_way(index, way[2:]), flown=self._flown)
+
+    def _ways(
+        self, indices: tuple[int, ...], starts: FloatArray, latest: AnnouncedLanes | None,
+        flown: dict[int, tuple[int, ...]],
+    ) -> Ways:  # fmt: skip
+        """The latest plan from where vehicles are now, in blocks."""
+        bends = np.zeros((len(indices), self._params.most_bends, 2))
+        counts = np.ones(len(indices), dtype=np.int64)
+        bends[:, 0] = starts
+        arrived = self._params.arrived * self._range_blocks
+        for row, index in enumerate(indices):
+            told = _not_flown(latest.way_of(index), flown.get(index, ())) if latest else ()
+            way = np.array(told, dtype=np.float64).reshape(-1, 2)[: self._params.most_bends - 1] / UNITS_PER_BLOCK
+            if len(way) and math.dist(way[0], starts[row]) < arrived:
+                way = way[1:]
+            counts[row] = 1 + len(way)
+            bends[row, 1 : counts[row]] = way
+        homes = starts.copy()
+        if self._home_en_m is not None:
+            homes[:] = self._to_blocks(np.array([self._home_en_m]))
+        return Ways(bends, counts, homes)
+
+    def _note_looks(self, indices: tuple[int, ...], places: FloatArray) -> None:
+        """Note that vehicles looked around on their ways to where they are, in blocks."""
+        shares = np.linspace(0.0, 1.0, LOOKS_PER_MEND, endpoint=False)[:, None]
+        since = [self._looked_from.get(index, place) for index, place in zip(indices, places, strict=True)]
+        looks = np.concatenate([place + shares * (before - place) for place, before in zip(places, since, strict=True)])
+        look_around(self._sight, looks, int(self._params.most_looked * self._sight.odds[0]))
+        self._looked_from = dict(zip(indices, places, strict=True))
+
+    def _to_blocks(self, places_en_m: FloatArray) -> FloatArray:
+        """Places in blocks, block centres at whole numbers: (N, 2) metres -> (N, 2)."""
+        blocks: FloatArray = (places_en_m - self._division.corner_en_m) / self._block_m - 0.5
+        return blocks
+
+
+def _not_flown(way: tuple[int, ...], flown: tuple[int, ...]) -> tuple[int, ...]:
+    """A way without the bends at its beginning that its vehicle has reached already."""
+    reached = set(zip(flown[::2], flown[1::2], strict=True))
+    while way[:2] in reached:
+        way = way[2:]
+    return way
