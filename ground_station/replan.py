@@ -18,7 +18,7 @@ from ground_station.prediction import Prediction, predict, works
 from ground_station.vehicle_picture import Condition, VehiclePicture
 from vehicle_agent.wire.messages import Orders, Stage, Verb
 
-SHARING_PLANNERS = frozenset({"tours", "claims"})
+SHARING_PLANNERS = frozenset({"tours", "lanes", "claims"})
 """Planners that share unseen ground out among the living by themselves: a sector would only bind them."""
 LLOYD_ROUNDS = 12
 MIN_SHARED_CELLS = 20
