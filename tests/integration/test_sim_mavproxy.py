@@ -57,8 +57,7 @@ def test_a_flight_from_the_terminal(tmp_path: Path, free_port_base: int) -> None
     with simulated(tmp_path, free_port_base, COPTER, ground_m=10.0, speedup=4.0) as drive:
         with on_terminal(mavproxy(drive), tmp_path) as terminal:
             terminal.expect(r"Received \d+ parameters", 60.0)
-            terminal.type("status SYS_STATUS")
-            terminal.expect("SYS_STATUS")
+            terminal.ask_until("status SYS_STATUS", r"\d+: SYS_STATUS \{")
             for name, value in (("RTL_ALT", 2500), ("DISARM_DELAY", 120)):
                 terminal.type(f"param set {name} {value}")
                 terminal.ask_until(f"param show {name}", rf"{name}\s+{value}")
