@@ -61,6 +61,8 @@ class Whereabouts:
         What it flies and means to fly.
     strayed_m
         So far it may have gone on by now.
+    sets_out
+        It is still on the ground, or on its way straight up from there.
     """
 
     index: int
@@ -68,6 +70,7 @@ class Whereabouts:
     heard_at_s: float
     lines: tuple[Line, ...]
     strayed_m: float = 0.0
+    sets_out: bool = False
 
 
 def within_reach_m(plan: MissionPlan) -> float:

@@ -23,6 +23,7 @@ FAILSAFE_S = 60.0
 OVER_HOME_M = 5.0
 """A way home that ends so near to home goes on from there to the ground."""
 ON_GROUND_FOR_GOOD = (Stage.DONE, Stage.REFUSED)
+SETS_OUT = (Stage.CONNECTING, Stage.CONFIGURING, Stage.ARMING, Stage.TAKING_OFF)
 UNSTOPPABLE = (Stage.TAKING_OFF, Stage.LANDING)
 SLOWEST_RETURN_M_S, SLOWEST_CLIMB_M_S = 4.0, 1.0
 """No slower is a vehicle under its failsafe taken to fly home, and to climb and sink."""
@@ -143,6 +144,7 @@ class TeamPicture:
                 heard.heard_at_s,
                 _lines(heard.status, index),
                 speeds_m_s[index] * self._age_s(heard, now_s),
+                heard.status.stage in SETS_OUT,
             )
             for index, heard in known
             if heard.status.armed or heard.status.stage not in ON_GROUND_FOR_GOOD

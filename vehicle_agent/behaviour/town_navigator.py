@@ -1,8 +1,10 @@
 """From voxel routes to legs: leads a vehicle between buildings, through known air only, and home again.
 
 A route is flown in straight legs, each as far as the straight line stays in air that is known to be clear with room
-around it, and kept clear of teammates and of the legs that they have reserved. Where it ends, the vehicle looks around;
-what it went for and still does not see stays out of sight from there and is left alone.
+around it, and kept clear of teammates and of the legs that they have reserved. A leg that a teammate might cross is
+told first and flown once that teammate was heard after it; where a way turns, the leg after the turn is told while the
+one before it is flown. Where a way ends, the vehicle looks around; what it went for and still does not see stays out of
+sight from there and is left alone.
 """
 
 from __future__ import annotations
@@ -13,10 +15,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from vehicle_agent.behaviour.goal_lease import GoalLeases
 from vehicle_agent.behaviour.guide import Arrived, Surroundings
-from vehicle_agent.behaviour.intent import Intent
-from vehicle_agent.behaviour.leg import Leg, braking_distance_m, speed_m_s, stopping_point
+from vehicle_agent.behaviour.intent import Intent, Line, awaited, within_reach_m
+from vehicle_agent.behaviour.leg import Leg, speed_m_s, stopping_point
 from vehicle_agent.behaviour.navigator import allowed_cells
+from vehicle_agent.behaviour.town_legs import ARRIVED_M, SLOW_M_S, is_clear, is_flown, leads_to, turns
 from vehicle_agent.behaviour.voxel_share import VoxelShare
 from vehicle_agent.domain.frames import Point
 from vehicle_agent.domain.grid import IndexArray
@@ -30,10 +34,6 @@ from vehicle_agent.planning.voxel_explorer import Voxel, VoxelExplorer, VoxelTea
 from vehicle_agent.planning.voxel_picture import VoxelPicture, without_traffic
 from vehicle_agent.ports import VehicleState
 
-ARRIVED_M, SLOW_M_S = 0.5, 0.6
-"""Near enough to the end of a leg between buildings, and slow enough to turn to any side."""
-SIDEWAYS_M_S = 0.8
-"""Speed across a new leg with which it may be begun in flight: the vehicle overshoots it by some decimetres."""
 ROOM_M = 0.5
 """Beyond the separation that routes keep from teammates."""
 CHECK_PERIOD_S = 0.5
@@ -43,14 +43,12 @@ PATIENCE = 3
 LOOKED_AT_MOST = 2
 """A voxel that is not seen from where it should be so many times is left alone for good."""
 SCAN_WITHIN_S = 5.0
-SAMPLES_PER_VOXEL = 4
 
 
 class TownNavigator:
     """A `Guide` through a town; what the end of a leg is flown for is told only when teammates should leave it."""
 
     has_sector = False
-    intent: Intent | None = None
 
     def __init__(self, plan: MissionPlan, index: int, shared: VoxelShare) -> None:
         self._plan, self._index, self._shared = plan, index, shared
@@ -59,15 +57,20 @@ class TownNavigator:
         self._allowed, self._area = allowed_cells(plan), plan.area_cells
         self._vain_looks = np.zeros(self._grid.shape, dtype=np.uint8)
         self._out_of_sight = np.zeros(self._grid.shape, dtype=np.bool_)
+        self._within_m = plan.mission.safety.separation_m + plan.mission.task.step_m
+        self._within_of_setting_out_m = within_reach_m(plan)
         self._way: IndexArray = np.empty(0, dtype=np.int64)
+        self._way_after_intent: IndexArray = self._way
         self._goal: Point | None = None
         self._arrived: tuple[int, float] | None = None
         self._blocked = 0
+        self._leases = GoalLeases()
         self._reconsidered_at = -1
         self._next_check_s = -math.inf
         self._not_before_s = -math.inf
         self._braking = self._makes_way = False
         self.leg: Leg | None = None
+        self.intent: Intent | None = None
         self.waypoint: Waypoint | None = None
         self.why = ""
         self.is_idle = False
@@ -76,9 +79,11 @@ class TownNavigator:
         """Next target to fly to, Finished when nothing more can be seen, or None to carry on."""
         if around.now_s < self._not_before_s or not self._is_time(around):
             return None
+        if self.intent is not None:
+            return self._carry_on(around, self.intent)
         picture = self._picture(around)
-        if self.leg is not None and not self._is_flown(around.state):
-            if (rest := self._make_room(around, picture)) is not None:
+        if self._is_under_way(around.state):
+            if (rest := self._make_room(around)) is not None:
                 return rest
             if self._braking:
                 return None
@@ -112,8 +117,10 @@ class TownNavigator:
     def make_way(self, around: Surroundings) -> Point | None:
         """Leave a place where a teammate must pass; None where nobody must, or there is no way out now."""
         here = around.state.position_enu_m
-        if self.leg is not None and not self._is_flown(around.state):
-            return self._make_room(around, self._picture(around)) if self._is_time(around) else None
+        if self.intent is not None:
+            return self._carry_on(around, self.intent) if self._is_time(around) else None
+        if self._is_under_way(around.state):
+            return self._make_room(around) if self._is_time(around) else None
         traffic = Traffic(around.reservations, self._plan.mission.safety.separation_m)
         passages = [p for p in around.passages if traffic.blocks(p.start_enu_m, p.end_enu_m, here)]
         if not passages or around.now_s < self._not_before_s:
@@ -135,7 +142,7 @@ class TownNavigator:
 
     def forget(self, why: str) -> None:
         """Nothing is flown any more: somebody else steers, or the vehicle is down."""
-        self.leg = self.waypoint = self._arrived = None
+        self.leg = self.intent = self.waypoint = self._arrived = None
         self._way = self._way[:0]
         self.why = why
 
@@ -177,7 +184,7 @@ class TownNavigator:
             self._blocked = 0
             return self._fly_on(around, picture) if len(self._way) else None
         self._way, self._goal = self._way[:0], None
-        if any(mate.goal_enu_m is not None for mate in around.teammates):
+        if self._leases.any_holds(around.teammates, around.now_s):
             return self._wait(around, "nothing to be seen from here while teammates look", 2.0 * WAIT_S)
         known = int(np.count_nonzero(picture.states))
         if known != self._reconsidered_at:
@@ -194,37 +201,112 @@ class TownNavigator:
 
     def _fly_on(self, around: Surroundings, picture: VoxelPicture) -> Point | None:
         """The next leg along the way, as far as can be flown straight; None to carry on with the present one."""
-        here = around.state.position_enu_m
-        traffic = Traffic(around.reservations, self._plan.mission.safety.separation_m)
-        under_way = self.leg is not None and not self._is_flown(around.state)
-        for place in range(len(self._way) - 1, -1, -1):
-            end = self._centre(int(self._way[place]))
-            if math.dist(here, end) > self._plan.mission.task.step_m or not self._is_clear(picture, here, end):
-                continue
-            if under_way and (self._turns(around.state, end) or self._is_end_of_leg(end)):
+        state, under_way = around.state, self._is_under_way(around.state)
+        place = self._furthest(around, picture, state.position_enu_m)
+        if self.leg is not None and under_way:
+            end = None if place is None else self._centre(int(self._way[place]))
+            if end is None or turns(state, end) or leads_to(self.leg, end):
+                self._look_ahead(around, picture, self.leg.end_enu_m)
                 return None
-            if traffic.conflict(here, end) is not None:
-                continue
-            self._way = self._way[place + 1 :]
+        if place is not None:
             self._blocked = 0
-            return self._commit(around, end)
-        if under_way:
-            return None
+            return self._commit(around, self._centre(int(self._way[place])), self._way[place + 1 :])
         self._blocked += 1
         if self._blocked >= PATIENCE:
             self._way = self._way[:0]
             self._explorer.let_go()
         return self._wait(around, "the way is taken", WAIT_S)
 
-    def _commit(self, around: Surroundings, end: Point) -> Point:
-        corners = tuple(self._centre(int(voxel)) for voxel in self._way[:: max(1, len(self._way) // 10)][:11])
-        self._braking = False
-        self._arrived = None
-        self.leg = Leg(end, self.why)
-        self.waypoint = None
+    def _look_ahead(self, around: Surroundings, picture: VoxelPicture, turn_enu_m: Point) -> None:
+        """Tell the leg from where the present one ends, so that teammates' words come while that is flown."""
+        place = self._furthest(around, picture, turn_enu_m)
+        if place is not None and not self._braking:
+            intent = self._intent_to(around, self._centre(int(self._way[place])), self._way[place + 1 :])
+            if math.dist(turn_enu_m, intent.leg.end_enu_m) >= ARRIVED_M and self._awaited(around, intent):
+                self.intent, self._way_after_intent = intent, self._way[place + 1 :]
+
+    def _furthest(self, around: Surroundings, picture: VoxelPicture, start_enu_m: Point) -> int | None:
+        """Which voxel of the way is the last that a leg from a place may lead to; None when there is none."""
+        traffic = Traffic(around.reservations, self._plan.mission.safety.separation_m)
+        for place in range(len(self._way) - 1, -1, -1):
+            end = self._centre(int(self._way[place]))
+            near = math.dist(start_enu_m, end) <= self._plan.mission.task.step_m
+            if not near or not is_clear(picture.passable, self._grid, start_enu_m, end):
+                continue
+            if traffic.conflict(start_enu_m, end) is None:
+                return place
+        return None
+
+    def _commit(self, around: Surroundings, end: Point, way_after: IndexArray) -> Point | None:
+        """Fly to a place, or mean to once teammates have been heard."""
+        intent = self._intent_to(around, end, way_after)
+        if self._awaited(around, intent):
+            self.intent, self._way_after_intent = intent, way_after
+            return None
+        return self._set_off(intent, way_after)
+
+    def _intent_to(self, around: Surroundings, end: Point, way_after: IndexArray) -> Intent:
+        waypoint = None
         if self._goal is not None:
-            self.waypoint = Waypoint(end, self.why, self._goal, float(len(self._way)) * self._grid.voxel_m, corners)
-        return end
+            corners = tuple(self._centre(int(voxel)) for voxel in way_after[:: max(1, len(way_after) // 10)][:11])
+            waypoint = Waypoint(end, self.why, self._goal, float(len(way_after)) * self._grid.voxel_m, corners)
+        return Intent(Leg(end, self.why), waypoint, around.state.stamp_ms, around.now_s)
+
+    def _set_off(self, intent: Intent, way_after: IndexArray) -> Point:
+        self._braking, self._arrived, self.intent = False, None, None
+        self._way = way_after
+        self.leg, self.waypoint, self.why = intent.leg, intent.waypoint, intent.leg.why
+        return intent.leg.end_enu_m
+
+    def _awaited(self, around: Surroundings, intent: Intent) -> list[int]:
+        """Teammates who might have reserved a leg across an intended one, wherever on the present leg it begins."""
+        here, end = around.state.position_enu_m, intent.leg.end_enu_m
+        lines: tuple[Line, ...] = ((here, end), (here if self.leg is None else self.leg.end_enu_m, end))
+        patience_s = self._plan.mission.safety.teammate_silence_s
+        return [
+            index
+            for mate in around.whereabouts
+            for index in awaited(
+                lines,
+                intent.since_ms,
+                intent.since_s,
+                (mate,),
+                self._within_of_setting_out_m if mate.sets_out else self._within_m,
+                patience_s,
+            )
+        ]
+
+    def _carry_on(self, around: Surroundings, intent: Intent) -> Point | None:
+        """Make room on the present leg, or set off on the intended one once teammates have been heard."""
+        under_way, end = self._is_under_way(around.state), intent.leg.end_enu_m
+        if under_way and (rest := self._make_room(around)) is not None:
+            return rest
+        if not self._is_still_wanted(around):
+            self._drop(intent)
+        elif mates := self._awaited(around, intent):
+            if not under_way:
+                self.why = f"waits to hear {self._plan.vehicle_names[mates[0]]}: {intent.leg.why}"
+        elif not (under_way and turns(around.state, end)):
+            if self._is_still_clear(around, intent):
+                return self._set_off(intent, self._way_after_intent)
+            self._drop(intent)
+        return None
+
+    def _is_still_wanted(self, around: Surroundings) -> bool:
+        """Whether what an intended leg is flown for is still worth it; what is flown for no goal always is."""
+        return self._goal is None or self._goes_on(around, self._shared.picture)
+
+    def _is_still_clear(self, around: Surroundings, intent: Intent) -> bool:
+        """Whether an intended leg may be flown from here by what was heard and seen since it was chosen."""
+        here, end = around.state.position_enu_m, intent.leg.end_enu_m
+        rivals = tuple(leg for leg in around.reservations if leg.precedes_intent(intent.since_ms, self._index))
+        if Traffic(rivals, self._plan.mission.safety.separation_m).conflict(here, end) is not None:
+            return False
+        return is_clear(self._passable(around, rivals), self._grid, here, end)
+
+    def _drop(self, intent: Intent) -> None:
+        """Mean an intended leg no longer, but look for another."""
+        self.intent, self.why = None, intent.leg.why
 
     def _wait(self, around: Surroundings, why: str, seconds: float) -> Point | None:
         self._not_before_s = around.now_s + seconds
@@ -247,9 +329,11 @@ class TownNavigator:
     def _travel(self, around: Surroundings, place_en_m: tuple[float, float], why: str) -> Point | Arrived | None:
         if around.now_s < self._not_before_s or not self._is_time(around):
             return None
+        if self.intent is not None:
+            return self._carry_on(around, self.intent)
         picture, state = self._picture(around), around.state
-        if self.leg is not None and not self._is_flown(state):
-            rest = self._make_room(around, picture)
+        if self._is_under_way(state):
+            rest = self._make_room(around)
             return rest if rest is not None or self._braking or len(self._way) == 0 else self._fly_on(around, picture)
         away_m = math.dist(state.position_enu_m[:2], place_en_m)
         if away_m <= ARRIVED_M:
@@ -259,8 +343,9 @@ class TownNavigator:
             self._way = self._way_to(picture, state, place_en_m)
         if len(self._way) == 0:
             over = (place_en_m[0], place_en_m[1], state.position_enu_m[2])
-            if away_m <= 2.0 * self._grid.voxel_m and self._is_clear(picture, state.position_enu_m, over):
-                return self._commit(around, over)
+            near = away_m <= 2.0 * self._grid.voxel_m
+            if near and is_clear(picture.passable, self._grid, state.position_enu_m, over):
+                return self._commit(around, over, self._way)
             taken = f"{why}, {away_m:.0f} m: the way is taken"
             return self.make_way(around) or self._wait(around, taken, WAIT_S)
         return self._fly_on(around, picture)
@@ -291,40 +376,30 @@ class TownNavigator:
 
     # What is in the way
 
-    def _make_room(self, around: Surroundings, picture: VoxelPicture) -> Point | None:
-        """Stop on a leg that has become unsafe: something in it, a teammate with the older right, or one who rests."""
+    def _make_room(self, around: Surroundings) -> Point | None:
+        """Stop on a leg that has become unsafe: something in it, a teammate with the older right, or one who rests.
+
+        Who only means to fly makes room.
+        """
         if self.leg is None or self._braking:
             return None
         here, end = around.state.position_enu_m, self.leg.end_enu_m
-        traffic = Traffic(around.reservations, self._plan.mission.safety.separation_m)
+        rivals = tuple(leg for leg in around.reservations if not leg.since_ms)
+        traffic = Traffic(rivals, self._plan.mission.safety.separation_m)
         for rival in traffic.conflicts(here, end):
             if rival.precedes(self._index) or traffic.blocks(here, end, rival.end_enu_m):
                 return self._brake(around, "making room for a teammate")
-        if not self._is_clear(picture, here, end):
+        if not is_clear(self._passable(around, rivals), self._grid, here, end):
             return self._brake(around, "something is in the way")
         return None
 
     def _brake(self, around: Surroundings, why: str) -> Point:
         rest = stopping_point(around.state)
         self._braking = True
-        self.waypoint = None
+        self.intent = self.waypoint = None
         self.why = why
         self.leg = Leg(rest, why)
         return rest
-
-    def _is_clear(self, picture: VoxelPicture, start: Point, end: Point) -> bool:
-        """Whether a straight line runs through air with room around it; where the vehicle is now does not count."""
-        away = np.subtract(end, start)
-        length = float(np.linalg.norm(away)) / self._grid.voxel_m
-        if length == 0.0:
-            return True
-        places = np.arange(0.0, length, 1.0 / SAMPLES_PER_VOXEL)
-        places = np.append(places[places > 1.5], length)
-        points = np.array(start) + places[:, None] / length * away
-        voxels = np.floor((points - self._grid.corner_enu_m) / self._grid.voxel_m).astype(np.int64)
-        if (voxels < 0).any() or (voxels >= np.array(self._grid.shape)).any():
-            return False
-        return bool(picture.passable[tuple(voxels.T)].all())
 
     def _is_passable(self, picture: VoxelPicture) -> bool:
         return bool(picture.passable.ravel()[self._way].all())
@@ -332,41 +407,29 @@ class TownNavigator:
     def _picture(self, around: Surroundings) -> VoxelPicture:
         """The map with what this vehicle may not enter and need not see left out."""
         shown = self._shared.picture
-        passable = shown.passable & self._allowed[:, :, None]
         frontier = shown.frontier & self._area[:, :, None] & ~self._out_of_sight
-        legs = [(leg.start_enu_m, leg.end_enu_m) for leg in around.reservations]
+        return replace(shown, passable=self._passable(around, around.reservations), frontier=frontier)
+
+    def _passable(self, around: Surroundings, reservations: Sequence[Reservation]) -> BoolArray:
+        """Voxels that this vehicle may fly through beside what teammates have reserved: (U, V, W) bool."""
+        passable = self._shared.picture.passable & self._allowed[:, :, None]
+        legs = [(leg.start_enu_m, leg.end_enu_m) for leg in reservations]
         keep_m = self._plan.mission.safety.separation_m + ROOM_M
-        passable = without_traffic(passable, self._grid, legs, around.state.position_enu_m, keep_m)
-        return replace(shown, passable=passable, frontier=frontier)
+        return without_traffic(passable, self._grid, legs, around.state.position_enu_m, keep_m)
 
     # Where it is
 
     def _is_time(self, around: Surroundings) -> bool:
         """Under way only now and then."""
-        if self.leg is None or self._is_flown(around.state):
+        if not self._is_under_way(around.state):
             return True
         if around.now_s < self._next_check_s:
             return False
         self._next_check_s = around.now_s + CHECK_PERIOD_S
         return True
 
-    def _is_flown(self, state: VehicleState) -> bool:
-        assert self.leg is not None
-        return math.dist(self.leg.end_enu_m, state.position_enu_m) <= ARRIVED_M and speed_m_s(state) <= SLOW_M_S
-
-    def _is_end_of_leg(self, end: Point) -> bool:
-        assert self.leg is not None
-        return math.dist(self.leg.end_enu_m, end) < ARRIVED_M
-
-    def _turns(self, state: VehicleState, end: Point) -> bool:
-        """Whether the vehicle would be carried beside a leg to there, or past its end."""
-        velocity, away = np.array(state.velocity_enu_m_s), np.subtract(end, state.position_enu_m)
-        length = float(np.linalg.norm(away))
-        if length == 0.0:
-            return speed_m_s(state) > SLOW_M_S
-        along = float(velocity @ away) / length
-        across = math.sqrt(max(0.0, float(velocity @ velocity) - along**2))
-        return across > SIDEWAYS_M_S or along < -SIDEWAYS_M_S or braking_distance_m(state) > length
+    def _is_under_way(self, state: VehicleState) -> bool:
+        return self.leg is not None and not is_flown(self.leg, state)
 
     def _voxel_here(self, state: VehicleState) -> Voxel:
         column, row, layer = self._grid.clamped(self._grid.voxel_of(state.position_enu_m))

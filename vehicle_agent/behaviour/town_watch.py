@@ -59,6 +59,10 @@ class TownWatch(TownNavigator):
             return super()._goes_on(around, picture)
         return self._makes_way or not self._is_due or not self._planner.revises_under_way
 
+    def _is_still_wanted(self, around: Surroundings) -> bool:
+        """A leg towards a station is flown though the planner may know a better one by then."""
+        return not self._explores or super()._is_still_wanted(around)
+
     def _choose(self, around: Surroundings, picture: VoxelPicture) -> Point | Finished | None:
         if self._explores:
             enough = self._shared.known_fraction(self._area) >= self._plan.mission.stop.observed_fraction
