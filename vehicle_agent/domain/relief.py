@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
 from scipy.optimize import minimize_scalar
+from scipy.spatial.distance import cdist
 
 from vehicle_agent.domain.frames import FloatArray
 
@@ -62,28 +63,35 @@ class Relief:
     sds_m : (N,) float64, their standard deviations, positive.
 
     Raises ValueError without soundings, or when one is not finite.
+
+    Attributes
+    ----------
+    places_en_m, heights_m, sds_m
+        The soundings.
+    rough_m
+        Standard deviation of the roughness on the whole.
     """
 
     def __init__(self, places_en_m: FloatArray, heights_m: FloatArray, sds_m: FloatArray) -> None:
         if len(places_en_m) == 0 or not (np.isfinite(heights_m).all() and np.isfinite(sds_m).all()):
             raise ValueError("a relief needs soundings, all finite")
-        self._places = places_en_m
+        self.places_en_m, self.heights_m, self.sds_m = places_en_m, heights_m, sds_m
         self._mean = float(np.average(heights_m, weights=sds_m**-2.0))
         self._surprises: _Surprises | None = None
         rest_m = heights_m - self._mean
-        swell, rough = _swell_and_roughness(_distances(places_en_m, places_en_m))
+        swell, rough = swell_and_roughness(cdist(places_en_m, places_en_m))
         self._fit(rest_m, sds_m, swell, rough)
         self._surprises = self._judge(sds_m)
         self._fit(rest_m, sds_m, swell, rough)
 
     def _fit(self, rest_m: FloatArray, sds_m: FloatArray, swell: FloatArray, rough: FloatArray) -> None:
         """Fit the strength of the roughness, then the weights; `swell` and `rough` are (N, N)."""
-        self._strength = self.strength_at(self._places)
+        self._strength = self.strength_at(self.places_en_m)
         shaped = self._strength[:, None] * self._strength * rough
         some = slice(None, None, math.ceil(len(rest_m) / FITTED_TO))
         fixed = swell[some, some] + np.diag(sds_m[some] ** 2)
-        self._rough_m = _most_likely(rest_m[some], fixed, shaped[some, some])
-        covariance = swell + np.diag(sds_m**2) + self._rough_m**2 * shaped
+        self.rough_m = _most_likely(rest_m[some], fixed, shaped[some, some])
+        covariance = swell + np.diag(sds_m**2) + self.rough_m**2 * shaped
         self._factor = cho_factor(covariance, lower=True)
         self._weights: FloatArray = cho_solve(self._factor, rest_m)
 
@@ -103,7 +111,7 @@ class Relief:
         whole = max(float(squares.sum() / expected.sum()), 1e-12)
         parts = []
         for first in range(0, len(places_en_m), AT_ONCE):
-            away = _distances(places_en_m[first : first + AT_ONCE], self._places)
+            away = cdist(places_en_m[first : first + AT_ONCE], self.places_en_m)
             near = np.exp(-0.5 * (away / SURPRISED_WITHIN_M) ** 2)
             usual = float(expected.mean())  # one sounding more that is as surprising as all are
             parts.append((near @ squares / whole + usual) / (near @ expected + usual))
@@ -122,16 +130,16 @@ class Relief:
         parts = []
         for first in range(0, len(places_en_m), AT_ONCE):
             places = places_en_m[first : first + AT_ONCE]
-            prior = SWELL_M**2 + (self._rough_m * self.strength_at(places)) ** 2
+            prior = SWELL_M**2 + (self.rough_m * self.strength_at(places)) ** 2
             told = solve_triangular(self._factor[0], self._towards(places).T, lower=True)
             parts.append(np.sqrt(np.maximum(prior - (told**2).sum(axis=0), 0.0)))
         return np.concatenate(parts) if parts else np.empty(0)
 
     def _towards(self, places_en_m: FloatArray) -> FloatArray:
         """Prior covariance of places with the soundings: (M, N)."""
-        swell, rough = _swell_and_roughness(_distances(places_en_m, self._places))
+        swell, rough = swell_and_roughness(cdist(places_en_m, self.places_en_m))
         strength = self.strength_at(places_en_m)
-        covariance: FloatArray = swell + self._rough_m**2 * strength[:, None] * self._strength * rough
+        covariance: FloatArray = swell + self.rough_m**2 * strength[:, None] * self._strength * rough
         return covariance
 
 
@@ -147,18 +155,10 @@ def _most_likely(rest_m: FloatArray, fixed_m2: FloatArray, shaped: FloatArray) -
     return math.exp(minimize_scalar(unlikely, bounds=span, method="bounded", options={"xatol": 0.05}).x)
 
 
-def _swell_and_roughness(away_m: FloatArray) -> tuple[FloatArray, FloatArray]:
+def swell_and_roughness(away_m: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Covariance of the swell, square metres, and correlation of the roughness, over distances (Kapoutsis 2015, eq. 3).
 
     The roughness's is the powered exponential, whose realisations are as rough as those of the power law.
     """
     swell = SWELL_M**2 * np.exp(-0.5 * (away_m / SWELL_WIDTH_M) ** 2)
     return swell, np.exp(-((away_m / FADES_M) ** EXPONENT))
-
-
-def _distances(places_en_m: FloatArray, others_en_m: FloatArray) -> FloatArray:
-    """(M, 2), (N, 2) -> (M, N) metres."""
-    distances: FloatArray = np.hypot(
-        places_en_m[:, 0, None] - others_en_m[:, 0], places_en_m[:, 1, None] - others_en_m[:, 1]
-    )
-    return distances

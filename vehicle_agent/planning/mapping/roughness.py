@@ -1,9 +1,9 @@
 """How rough ground is from place to place, told at two scales.
 
-Soundings along a line tell it at the distance between them: how far each lies from what the others predict there. The
-map that they draw tells it at ten metres, by how much it bends. Ground that is rough at one scale tends to be so at the
-other (the power law of sea floors; Goff and Jordan 1988), and what either tells is uncertain in its own way, so their
-geometric mean tells more than each.
+What soundings add to those before them tells it at the distance between them. The map that they draw tells it at ten
+metres, by how much it bends. Ground that is rough at one scale tends to be so at the other (the power law of sea
+floors; Goff and Jordan 1988), and what either tells is uncertain in its own way, so their weighted geometric mean tells
+more than each.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from scipy.ndimage import gaussian_filter
 
 from vehicle_agent.domain.frames import FloatArray
 from vehicle_agent.domain.relief import Relief
+from vehicle_agent.domain.roughness_field import RoughnessField
 
 BENDS_OVER_M = 10.0
 """The map's heights are compared over this distance to both sides."""
@@ -22,6 +23,8 @@ ALIKE_WITHIN_M = 9.0
 """Standard deviation of the Gaussian over which bends tell how rough a place is."""
 WEAKEST_BEND = 0.02
 """Bend of a place over that on the whole, at least."""
+BENDS_COUNT = 0.3
+"""Share of the bends in the mean; a map drawn from few lines bends little where nobody looked."""
 
 
 def roughness_at_nodes(
@@ -34,7 +37,9 @@ def roughness_at_nodes(
     nodes_en_m : (M, 2), a lattice of `shape`, the second index running fastest, its nodes `edges_m` apart.
     """
     bends = bends_of(relief.heights_at(nodes_en_m).reshape(shape), edges_m).ravel()
-    roughness: FloatArray = np.sqrt(relief.strength_at(nodes_en_m) * np.maximum(bends, WEAKEST_BEND))
+    field = RoughnessField(relief.places_en_m, relief.heights_m, relief.sds_m, relief.rough_m, nodes_en_m)
+    bent = np.log(np.maximum(bends, WEAKEST_BEND))
+    roughness: FloatArray = np.exp((1.0 - BENDS_COUNT) * field.logs_at(nodes_en_m) + BENDS_COUNT * bent)
     return roughness
 
 

@@ -29,6 +29,8 @@ MOST_SOUNDINGS = 350
 """Of more than these every n-th is left out, so that a decision stays quick."""
 PACE_GUESSED_S = 60.0
 """The pace that was guessed beforehand counts like so much time."""
+TEMPERED = 0.8
+"""Power of the roughness that tracks follow: ground far from all soundings is less uncertain than by the power law."""
 STRAIGHT_WITHIN_M = 1.0
 """So far a way may pass beside its track, for the sake of longer legs."""
 
@@ -141,6 +143,7 @@ class Survey:
             track laid afresh tells more.
         """
         here = np.array(here_en_m, dtype=np.float64)
+        strengths = strengths**TEMPERED
         own = self._own_share(strengths ** (2.0 / (EXPONENT + 1.0)), teammates)
         if allowed is not None:
             own &= allowed
