@@ -22,6 +22,8 @@ SIDE_M, HEIGHT_M, VOXEL_M = 100.0, 30.0, 1.0
 TOWN_SPAWN_KEY = 3000
 CURVE_S = 10
 """Between two points of the curves in the rows."""
+NEARLY_ALL = 0.99
+"""Share of the observable surface after which the tail of an exploration begins."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +70,7 @@ def measure(case: Case) -> Outcome:
 
 def row(outcome: Outcome) -> Row:
     """One team in one town as figures."""
-    run = outcome.run
+    run, vehicle_s = outcome.run, outcome.case.vehicles * max(1, len(outcome.run.observed_share) - 1)
     return {
         "environment": outcome.case.environment,
         "vehicles": outcome.case.vehicles,
@@ -76,6 +78,9 @@ def row(outcome: Outcome) -> Row:
         "observed_share": run.observed_share[-1],
         "time_s": len(run.observed_share) - 1,
         "finished": run.finished_s is not None,
+        "seen_99_s": run.seen_s(NEARLY_ALL),
+        "idle_share": round(run.idle_s / vehicle_s, 4),
+        "held_up_share": round(run.held_up_s / vehicle_s, 4),
         "closest_m": round(run.closest_m, 2),
         "bytes_per_vehicle_per_s": round(run.bytes_told / outcome.case.vehicles / len(run.observed_share), 1),
         "curve_s": CURVE_S,
@@ -101,9 +106,27 @@ def table(outcomes: Sequence[Outcome], vehicles: Sequence[int]) -> str:
             f"least observed {100 * worst:.2f} % of the observable surface; closest {nearest_m:.1f} m; "
             f"map messages {told:.0f} B/s per vehicle"
         )
+        lines.append("  " + losses([outcome.run for outcome in mine], size))
     for fewer, more in pairwise(vehicles):
         both = sorted(times[fewer].keys() & times[more].keys())
         if both:
-            less = 1.0 - sum(times[more][town] for town in both) / sum(times[fewer][town] for town in both)
-            lines.append(f"{more} need {100 * less:.1f} % less time than {fewer}")
+            ratio = sum(times[more][town] for town in both) / sum(times[fewer][town] for town in both)
+            lines.append(
+                f"{more} need {100 * (1.0 - ratio):.1f} % less time than {fewer}: "
+                f"parallel efficiency {100 * fewer / (more * ratio):.1f} %, "
+                f"with 100 % it would be {100 * (1.0 - fewer / more):.1f} % less"
+            )
     return "\n".join(lines) if lines else "nothing was finished"
+
+
+def losses(runs: Sequence[UrbanRun], vehicles: int) -> str:
+    """Where a team's time went, on average over its runs."""
+    vehicle_s = vehicles * sum(len(run.observed_share) - 1 for run in runs)
+    idle, held_up = sum(run.idle_s for run in runs) / vehicle_s, sum(run.held_up_s for run in runs) / vehicle_s
+    text = f"without a goal {100 * idle:.1f} % of their time, held up {100 * held_up:.1f} %"
+    seen = [(run.seen_s(NEARLY_ALL), len(run.observed_share) - 1) for run in runs]
+    reached = [(nearly_s, end_s - nearly_s) for nearly_s, end_s in seen if nearly_s is not None]
+    if reached:
+        nearly_s, rest_s = np.mean(reached, axis=0)
+        text += f"; {100 * NEARLY_ALL:.0f} % seen after {nearly_s:.1f} s, the rest took {rest_s:.1f} s"
+    return text

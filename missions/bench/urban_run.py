@@ -57,6 +57,7 @@ class UrbanRun:
     finished_s : when everything observable was observed; None when it never was.
     closest_m : smallest distance between two vehicles at any second.
     bytes_told : what all vehicles together would have sent of the map, packed as for the radio.
+    idle_s, held_up_s : vehicle-seconds of all together before the end: without a goal, and with one but held up.
     """
 
     observed_share: list[float]
@@ -64,6 +65,12 @@ class UrbanRun:
     finished_s: int | None
     closest_m: float
     bytes_told: int
+    idle_s: int
+    held_up_s: int
+
+    def seen_s(self, share: float) -> int | None:
+        """When so much of the observable surface was observed; None when it never was."""
+        return next((second for second, seen in enumerate(self.observed_share) if seen >= share), None)
 
 
 @dataclass(slots=True)
@@ -95,7 +102,7 @@ class UrbanExploration:
         self._now_s = 0
         self._reconsidered_at = -1
         self._told = np.zeros((len(starts), grid.voxels), dtype=np.uint8)
-        self._bytes_told = 0
+        self._bytes_told = self._idle_s = self._held_up_s = 0
 
     def run(self) -> UrbanRun:
         shares: list[float] = []
@@ -112,11 +119,21 @@ class UrbanExploration:
             self._now_s += 1
             for index in range(len(self._flyers)):
                 self._move(index, picture)
+                self._count_losses(index, track[-1][index])
             if all(flyer.idle for flyer in self._flyers) and not self._reconsider(picture):
                 break
         positions = np.array(track)
         finished = self._now_s if shares[-1] >= 1.0 else None
-        return UrbanRun(shares, positions, finished, _closest_m(positions), self._bytes_told)
+        return UrbanRun(
+            shares, positions, finished, _closest_m(positions), self._bytes_told, self._idle_s, self._held_up_s
+        )
+
+    def _count_losses(self, index: int, was_at_enu_m: tuple[float, float, float]) -> None:
+        flyer = self._flyers[index]
+        if flyer.idle:
+            self._idle_s += 1
+        elif self._grid.centre_of(flyer.voxel) == was_at_enu_m:
+            self._held_up_s += 1
 
     @property
     def missing(self) -> IndexArray:

@@ -108,3 +108,28 @@ def test_a_teammate_that_claims_a_goal_and_gets_nowhere_is_not_waited_for_for_ev
         now_s += 2.0
     assert isinstance(ended, Finished)
     assert now_s > moved_until_s
+
+
+def test_who_sees_under_way_what_it_went_for_stops_and_turns_to_the_next() -> None:
+    navigator = navigator_over_a_street()
+    end = navigator.work(around(BEGAN_S))
+    assert isinstance(end, tuple)
+    way = np.subtract(end, HERE)
+    length_m = float(np.linalg.norm(way))
+    assert length_m > 4.0
+    plan = town_plan()
+    town = World.of(plan).town
+    assert town is not None
+    navigator._shared.take_scan(SensorScan(town.scan(end, 10.0, 10)))
+    everywhere, behind = np.ones((40, 40), dtype=np.bool_), np.zeros((40, 40), dtype=np.bool_)
+    behind[:6] = True
+    navigator.limit(everywhere, behind, None)  # what is left to be looked at lies the other way
+    east_m, north_m, up_m = (np.array(HERE) + 0.5 * way / length_m).tolist()
+    moving = VehicleState(
+        stamp_ms=round(1000 * BEGAN_S) + 500,
+        position_enu_m=(east_m, north_m, up_m),
+        velocity_enu_m_s=tuple((2.0 * way / length_m).tolist()),
+    )
+    rest = navigator.work(replace(around(BEGAN_S + 0.5), state=moving))
+    assert isinstance(rest, tuple)
+    assert np.linalg.norm(np.subtract(rest, HERE)) < length_m - 1.0

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from missions.bench.urban import Case, Outcome, row, table
 from missions.bench.urban_run import UrbanExploration, UrbanParams, UrbanRun
 from sim_bridge.observable import observable_of
 from sim_bridge.town import draw_town
@@ -67,3 +68,17 @@ def test_observable_is_what_scans_from_everywhere_see() -> None:
         seen[tuple((fan.steps[last[met & counts]] + place).T)] = True
     assert np.array_equal(seen, truth.surface)
     assert not truth.surface[6:9, 5:10, 1:4][1, 1:4].any()  # inside the house
+
+
+def outcome(vehicles: int, end_s: int, idle_s: int) -> Outcome:
+    shares = [0.0] * (end_s - 20) + [0.995] * 20 + [1.0]
+    return Outcome(Case(1, 0, vehicles), UrbanRun(shares, np.zeros((1, 1, 3)), end_s, 3.0, 0, idle_s, 3), 10)
+
+
+def test_the_table_tells_where_a_team_s_time_went() -> None:
+    fewer, more = outcome(2, 200, 0), outcome(4, 125, 50)
+    assert row(more)["seen_99_s"] == 105
+    assert row(more)["idle_share"] == pytest.approx(0.1)
+    told = table([fewer, more], (2, 4))
+    assert "without a goal 10.0 % of their time, held up 0.6 %; 99 % seen after 105.0 s, the rest took 20.0 s" in told
+    assert "4 need 37.5 % less time than 2: parallel efficiency 80.0 %, with 100 % it would be 50.0 % less" in told

@@ -105,3 +105,8 @@ def test_nothing_unknown_in_sight_ends_it() -> None:
 def test_params_must_be_at_least_one(name: str) -> None:
     with pytest.raises(ValueError, match="at least 1"):
         VoxelExplorerParams(**{name: 0})
+
+
+def test_ways_cannot_be_saved_from_nowhere() -> None:
+    with pytest.raises(ValueError, match="seen_from"):
+        VoxelExplorerParams(seen_from=0.0)

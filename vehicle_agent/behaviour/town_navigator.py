@@ -40,6 +40,8 @@ CHECK_PERIOD_S = 0.5
 WAIT_S = 1.0
 PATIENCE = 3
 """Waits for a way to become clear before another is sought."""
+WORTH_STOPPING_M = 2.0
+"""A leg that goes on for so much beyond the braking distance, to what need not be looked at any more, is broken off."""
 LOOKED_AT_MOST = 2
 """A voxel that is not seen from where it should be so many times is left alone for good."""
 SCAN_WITHIN_S = 5.0
@@ -68,7 +70,7 @@ class TownNavigator:
         self._reconsidered_at = -1
         self._next_check_s = -math.inf
         self._not_before_s = -math.inf
-        self._braking = self._makes_way = False
+        self._braking = self._makes_way = self._leg_is_stale = False
         self.leg: Leg | None = None
         self.intent: Intent | None = None
         self.waypoint: Waypoint | None = None
@@ -182,6 +184,7 @@ class TownNavigator:
             self._way, self.why = route.voxels[1:], route.why
             self._goal = None if self._explorer.goal is None else self._grid.centre_of(self._explorer.goal)
             self._blocked = 0
+            self._leg_is_stale = True
             return self._fly_on(around, picture) if len(self._way) else None
         self._way, self._goal = self._way[:0], None
         if self._leases.any_holds(around.teammates, around.now_s):
@@ -206,8 +209,11 @@ class TownNavigator:
         if self.leg is not None and under_way:
             end = None if place is None else self._centre(int(self._way[place]))
             if end is None or turns(state, end) or leads_to(self.leg, end):
-                self._look_ahead(around, picture, self.leg.end_enu_m)
-                return None
+                rest = None
+                if self._leg_is_stale and end is not None and not leads_to(self.leg, end):
+                    rest = self._stop_short(around)
+                self._look_ahead(around, picture, rest or self.leg.end_enu_m)
+                return rest
         if place is not None:
             self._blocked = 0
             return self._commit(around, self._centre(int(self._way[place])), self._way[place + 1 :])
@@ -217,10 +223,16 @@ class TownNavigator:
             self._explorer.let_go()
         return self._wait(around, "the way is taken", WAIT_S)
 
+    def _stop_short(self, around: Surroundings) -> Point | None:
+        """Brake where the present leg goes on to nothing; None where that would hardly save any way."""
+        assert self.leg is not None
+        saved_m = math.dist(stopping_point(around.state), self.leg.end_enu_m)
+        return self._brake(around, self.why) if saved_m >= WORTH_STOPPING_M else None
+
     def _look_ahead(self, around: Surroundings, picture: VoxelPicture, turn_enu_m: Point) -> None:
         """Tell the leg from where the present one ends, so that teammates' words come while that is flown."""
         place = self._furthest(around, picture, turn_enu_m)
-        if place is not None and not self._braking:
+        if place is not None:
             intent = self._intent_to(around, self._centre(int(self._way[place])), self._way[place + 1 :])
             if math.dist(turn_enu_m, intent.leg.end_enu_m) >= ARRIVED_M and self._awaited(around, intent):
                 self.intent, self._way_after_intent = intent, self._way[place + 1 :]
@@ -254,6 +266,7 @@ class TownNavigator:
 
     def _set_off(self, intent: Intent, way_after: IndexArray) -> Point:
         self._braking, self._arrived, self.intent = False, None, None
+        self._leg_is_stale = False
         self._way = way_after
         self.leg, self.waypoint, self.why = intent.leg, intent.waypoint, intent.leg.why
         return intent.leg.end_enu_m

@@ -63,6 +63,9 @@ class VoxelExplorerParams:
         Surface expected at the frontiers of a patch that takes the whole service, in voxels.
     untouched_service
         Way that looking through an untouched column costs in a tour.
+    seen_from
+        How near stops must be to each other for half of the way between them to be saved in a tour: much of a patch
+        is seen from its neighbours. Above 0.
     untouched_layer
         Where in an untouched column tours are taken to pass.
     untouched_share
@@ -96,6 +99,7 @@ class VoxelExplorerParams:
     service: float = 6.0
     full_patch: int = 60
     untouched_service: float = 12.0
+    seen_from: float = 20.0
     untouched_layer: int = 12
     untouched_share: float = 0.1
     detour: float = 15.0
@@ -113,6 +117,8 @@ class VoxelExplorerParams:
     def __post_init__(self) -> None:
         if min(self.patch, self.storey, self.sampled, self.full_patch) < 1:
             raise ValueError("patch, storey, sampled and full_patch must be at least 1")
+        if self.seen_from <= 0.0:
+            raise ValueError("seen_from must be positive")
 
 
 class _Search:
@@ -251,7 +257,9 @@ class VoxelExplorer:
         ahead: FloatArray = np.linalg.norm(starts - np.array([member.voxel for member in team]), axis=1)
         places = np.concatenate((work.centres[numbers], untouched))
         ways = ways_between(picture, np.concatenate((starts, places)))
-        tours, lengths = share_out(ways, ahead, service, params.passes)
+        # Beside each other most stops are seen in passing: only long ways between them are flown as they are.
+        flown = ways * ways / (ways + params.seen_from)
+        tours, lengths = share_out(flown, ahead, service, params.passes)
         mine = [member.index for member in team].index(self._index)
         from_here, between = ways[mine, len(team) :], ways[len(team) :, len(team) :]
         own = tours[mine, : lengths[mine]]
