@@ -22,7 +22,7 @@ from vehicle_agent.planning.mapping.survey import SurveyParams
 
 FLOORS: tuple[FloorName, ...] = ("sharp", "slope")
 SAMPLES = VEHICLES * STEPS
-FLEET = SurveyParams(way_m=1_000.0, nodes=6_400, part_m=250.0, step_m=2.0, rounds=300)
+FLEET = SurveyParams(way_m=1_000.0, nodes=6_400, part_m=250.0, step_m=2.0, rounds=150)
 """How the fleet surveys; it has time to think between two soundings."""
 INFORMED = replace(FLEET, part_m=1_000.0)
 """The yardstick knows how rough the floor is, and needs no second thought."""

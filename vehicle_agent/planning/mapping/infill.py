@@ -20,6 +20,8 @@ from vehicle_agent.domain.grid import IndexArray
 
 MOST_STOPS = 400
 """Of a way at most."""
+STOPS_FOLLOW = (0.75, 1.0, 1.3)
+"""Powers of what is wanted between tracks that stops are tried at: the chain that settles from them is judged."""
 NEAREST_M = 0.3
 """Ground nearer to a sounding pulls no harder than at this distance."""
 PULL = 0.5
@@ -51,7 +53,26 @@ def telling_track(
     rounds
         Of settling; with none the way is left as the stops make it.
     """
-    wanted_m = strengths ** (-2.0 / (exponent + 1.0))
+    best, least = here_en_m[None], math.inf
+    for follows in STOPS_FOLLOW:
+        way = _longest_way(here_en_m, nodes_en_m, strengths ** (-2.0 * follows / (exponent + 1.0)), away_m, length_m)
+        if len(way) == 1:
+            continue
+        soundings = max(2, int(length_m / step_m) + 1)
+        gone_m = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(way, axis=0).T))))
+        at_m = np.linspace(0.0, gone_m[-1], soundings)
+        track = np.column_stack([np.interp(at_m, gone_m, way[:, axis]) for axis in (0, 1)])
+        track = settled_track(track, nodes_en_m, strengths, away_m, step_m, exponent, rounds)
+        untold = left_untold(track, nodes_en_m, strengths, away_m, exponent)
+        if untold < least:
+            best, least = track, untold
+    return best
+
+
+def _longest_way(
+    here_en_m: FloatArray, nodes_en_m: FloatArray, wanted_m: FloatArray, away_m: FloatArray, length_m: float
+) -> FloatArray:
+    """A short way through as many stops as a length allows: (K, 2), the present place first; wanted_m : (M,)."""
     order = _stops(nodes_en_m, wanted_m, away_m, min(len(nodes_en_m), MOST_STOPS))
     fits, too_many = 0, len(order) + 1
     way = here_en_m[None]
@@ -62,13 +83,7 @@ def telling_track(
             fits, way = count, tried
         else:
             too_many = count
-    if fits == 0:
-        return way
-    soundings = max(2, int(length_m / step_m) + 1)
-    gone_m = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(way, axis=0).T))))
-    at_m = np.linspace(0.0, gone_m[-1], soundings)
-    track = np.column_stack([np.interp(at_m, gone_m, way[:, axis]) for axis in (0, 1)])
-    return settled_track(track, nodes_en_m, strengths, away_m, step_m, exponent, rounds)
+    return way
 
 
 def settled_track(
