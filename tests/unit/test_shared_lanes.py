@@ -9,10 +9,11 @@ from hypothesis import strategies as st
 
 from vehicle_agent.domain.frames import FloatArray
 from vehicle_agent.domain.lane_sight import look_around, sight_of, sweep
-from vehicle_agent.domain.shared_lanes import LaneCosts, Ways, mend_lanes
+from vehicle_agent.domain.lane_trials import Ways
+from vehicle_agent.domain.shared_lanes import LaneCosts, mend_lanes
 
 SHAPE = (20, 16)
-COSTS = LaneCosts(0.0, 0.6, 4.0, 1.0, 0.0)
+COSTS = LaneCosts(0.0, 0.6, 4.0, 1.0, 0.0, np.ones(SHAPE))
 PARTS = st.floats(-3.0, 22.0)
 
 
@@ -33,8 +34,14 @@ def ways_from(starts: FloatArray) -> Ways:
 
 
 def mended(ways: Ways, seed: int, costs: LaneCosts = COSTS, trials: int = 20_000) -> FloatArray:
+    """Mend ways over wholly unseen ground; their lengths, (N,) float64, the weighed way home included."""
     rng = np.random.default_rng(seed)
-    return mend_lanes(ways, sight_of(4.0, SHAPE), np.ones(SHAPE), costs, trials, 0.5, 0.01, rng)
+    mend_lanes(ways, sight_of(4.0, SHAPE), np.ones(SHAPE), costs, trials, 0.5, 0.01, rng)
+    lengths = [
+        np.hypot(*np.diff(bends[:count], axis=0).T).sum() + costs.way_back * np.hypot(*(bends[count - 1] - home))
+        for bends, count, home in zip(ways.bends, ways.counts, ways.homes, strict=True)
+    ]
+    return np.array(lengths)
 
 
 @settings(deadline=None)
@@ -96,7 +103,44 @@ def test_mending_makes_nothing_worse_and_repeats() -> None:
 def test_a_way_home_is_part_of_a_way() -> None:
     there, back = ways_from(np.array([[0.0, 0.0]])), ways_from(np.array([[0.0, 0.0]]))
     one_way = mended(there, 1)
-    both_ways = mended(back, 1, LaneCosts(1.0, 0.6, 4.0, 1.0, 0.0))
+    both_ways = mended(back, 1, COSTS._replace(way_back=1.0))
     end = back.bends[0, back.counts[0] - 1]
     assert both_ways[0] > one_way[0]
     assert np.hypot(*end) < np.hypot(*there.bends[0, there.counts[0] - 1])
+
+
+def test_many_vehicles_from_one_place_leave_no_chance_of_missing_what_they_all_pass() -> None:
+    starts = np.full((60, 2), 9.0)
+    crowd = ways_from(starts)
+    crowd.bends[:, 1] = (12.0, 9.0)
+    crowd.counts[:] = 2
+    mended(crowd, 1, trials=2_000)
+    assert left_by(crowd) < left_by(ways_from(starts))
+    sight, summed = sight_of(4.0, SHAPE), np.zeros(SHAPE, dtype=np.int32)
+    for _ in range(60):
+        sweep(sight, np.ones(SHAPE), summed, 9.0, 9.0, 12.0, 9.0, 1)
+    assert summed.max() > len(sight.missed)
+    assert -0.05 < sweep(sight, np.ones(SHAPE), summed, 9.0, 9.0, 12.0, 9.0, 1) <= 0.0
+
+
+def test_what_is_nearly_all_seen_is_led_to() -> None:
+    unseen = np.zeros((200, 200))
+    unseen[150, 40] = 5.0
+    ways = ways_from(np.array([[10.0, 10.0]]))
+    costs = LaneCosts(0.0, 40.0, 4.0, 0.0, 0.0, np.ones((200, 200)))
+    mend_lanes(ways, sight_of(4.0, (200, 200)), unseen, costs, 500, 0.5, 0.01, np.random.default_rng(3))
+    bends = ways.bends[0, 1 : ways.counts[0]]
+    assert np.hypot(*(bends - (150.0, 40.0)).T).min() < 4.0
+
+
+def test_ways_keep_off_steep_ground_while_level_ground_shows_as_much() -> None:
+    steep = np.ones(SHAPE)
+    steep[:, :8] = 3.0
+    unseen = np.zeros(SHAPE)
+    unseen[16:, 7:9] = 1.0
+    ways = ways_from(np.array([[1.0, 7.5]]))
+    costs = COSTS._replace(steepness=steep)
+    mend_lanes(ways, sight_of(4.0, SHAPE), unseen, costs, 20_000, 0.5, 0.01, np.random.default_rng(2))
+    bends = ways.bends[0, 1 : ways.counts[0]]
+    assert len(bends) > 0
+    assert (bends[:, 1] > 7.4).all()

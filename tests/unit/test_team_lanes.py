@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import msgspec
@@ -11,7 +12,7 @@ import pytest
 from vehicle_agent.domain.elevation import ElevationMap
 from vehicle_agent.domain.grid import Grid
 from vehicle_agent.planning.constraints import Constraints
-from vehicle_agent.planning.interface import AnnouncedLanes, Situation, Teammate
+from vehicle_agent.planning.interface import AnnouncedLanes, AnnouncedTour, Situation, Teammate
 from vehicle_agent.planning.team_lanes import LanesParams, TeamLanes
 from vehicle_agent.wire import messages
 
@@ -55,11 +56,11 @@ def test_the_plan_with_the_highest_number_counts() -> None:
     mine = lanes.plan
     late = AnnouncedLanes(mine.number + 2, 1, (0, 1), ((40, 40), (80, 80)))
     early = AnnouncedLanes(mine.number - 1, 1, (0, 1), ((20, 20), (60, 60)))
-    assert not lanes.adopt(situation(mate(early)))
+    lanes.adopt(situation(mate(early)))
     assert lanes.plan is mine
-    assert lanes.adopt(situation(mate(early), mate(late, 2)))
+    lanes.adopt(situation(mate(early), mate(late, 2)))
     assert lanes.plan.ways == late.ways
-    assert not lanes.adopt(situation(mate(early), mate(late, 2)))
+    assert lanes.first_bend_en_m(0) == (140.0, 240.0) == lanes.bends_en_m(0)[0]
 
 
 def test_a_bend_that_was_flown_is_not_flown_again() -> None:
@@ -69,7 +70,7 @@ def test_a_bend_that_was_flown_is_not_flown_again() -> None:
     lanes.reached_first(0)
     assert lanes.plan.way_of(0) == way[2:]
     stale = AnnouncedLanes(lanes.plan.number + 1, 1, (0, 1), (way, ()))
-    assert not lanes.adopt(situation(mate(stale)))
+    lanes.adopt(situation(mate(stale)))
     assert lanes.plan.way_of(0) == way[2:]
     assert lanes.plan.flown[-2:] == way[:2]
 
@@ -87,6 +88,23 @@ def test_bends_that_a_teammate_reached_are_left_out_when_the_plan_is_mended() ->
     assert other.plan.number == told.number + 1
 
 
+def test_vehicles_that_see_differently_far_mean_the_same_places() -> None:
+    mine = started(situation(mate(None)))
+    assert mine.plan is not None
+    now = dataclasses.replace(situation(mate(mine.plan, 0), index=1), range_m=0.4 * RANGE_M)
+    other = TeamLanes(now, None, LanesParams(first_trials=0, trials=0))
+    other.unseen_ranges2(now)
+    other.mend(now)
+    assert other.bends_en_m(0) == mine.bends_en_m(0)
+
+
+def test_a_teammate_that_flies_tours_has_no_way_in_the_plan() -> None:
+    tourist = dataclasses.replace(mate(None, 1), tour=AnnouncedTour(1, (3, 4)))
+    lanes = started(situation(tourist, mate(None, 2)))
+    assert lanes.plan is not None
+    assert lanes.plan.vehicles == (0, 2)
+
+
 @pytest.mark.parametrize(
     ("vehicles", "ways", "flown"),
     [((0, 1), ((1, 2),), ()), ((0, 0), ((), ()), ()), ((0,), ((1, 2, 3),), ()), ((0,), ((),), (1,))],
@@ -96,4 +114,4 @@ def test_a_plan_that_does_not_fit_together_is_no_message(
 ) -> None:
     raw = msgspec.msgpack.encode((1, 0, vehicles, ways, flown))
     with pytest.raises(msgspec.ValidationError):
-        msgspec.msgpack.decode(raw, type=messages.TeamLanes)
+        msgspec.msgpack.decode(raw, type=messages.LanePlan)

@@ -8,7 +8,7 @@ from vehicle_agent.behaviour.units import to_centimetres
 from vehicle_agent.behaviour.voice import Voice
 from vehicle_agent.domain.frames import Point
 from vehicle_agent.planning.interface import AnnouncedLanes, AnnouncedTour, Waypoint
-from vehicle_agent.wire.messages import Claim, TeamLanes
+from vehicle_agent.wire.messages import Claim, LanePlan
 
 SAME_GOAL_M = 1.0
 
@@ -47,14 +47,14 @@ class GoalClaim:
             self._claimed = self._tour = self._lanes = None
 
 
-def told_lanes(lanes: AnnouncedLanes | None) -> TeamLanes | None:
+def told_lanes(lanes: AnnouncedLanes | None) -> LanePlan | None:
     """A plan of lanes as it is told."""
     if lanes is None:
         return None
-    return TeamLanes(lanes.number, lanes.by, lanes.vehicles, lanes.ways, lanes.flown)
+    return LanePlan(lanes.number, lanes.by, lanes.vehicles, lanes.ways, lanes.flown)
 
 
-def heard_lanes(lanes: TeamLanes | None) -> AnnouncedLanes | None:
+def heard_lanes(lanes: LanePlan | None) -> AnnouncedLanes | None:
     """A plan of lanes as it was heard."""
     if lanes is None:
         return None

@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from vehicle_agent.domain.lane_sight import look_around, sight_of
+from vehicle_agent.domain.lane_trials import Ways
 from vehicle_agent.domain.patch_sums import sum_unseen, take_off
 from vehicle_agent.domain.paths import (
     assumed_surface,
@@ -19,7 +20,7 @@ from vehicle_agent.domain.paths import (
 )
 from vehicle_agent.domain.polynomials import cubic_monomials
 from vehicle_agent.domain.segments import come_too_near, segment_distance_m
-from vehicle_agent.domain.shared_lanes import LaneCosts, Ways, mend_lanes
+from vehicle_agent.domain.shared_lanes import LaneCosts, mend_lanes
 from vehicle_agent.domain.shared_tours import mend_tours
 from vehicle_agent.domain.stops import choose_stops
 from vehicle_agent.domain.sweeps import unseen_beside
@@ -53,7 +54,7 @@ def warm_up() -> None:
     sight = sight_of(2.0, (4, 4))
     look_around(sight, np.ones((1, 2)), 1)
     ways = Ways(np.ones((2, 4, 2)), np.ones(2, dtype=np.int64), np.ones((2, 2)))
-    mend_lanes(ways, sight, elevation, LaneCosts(1.0, 1.0, 1.0, 1.0, 1.0), 1, 1.0, 0.5, np.random.default_rng(1))
+    mend_lanes(ways, sight, elevation, LaneCosts(1.0, 1.0, 1.0, 1.0, 1.0, elevation), 1, 1.0, 0.5, np.random.default_rng(1))
 
 
 if __name__ == "__main__":

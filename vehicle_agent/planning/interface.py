@@ -40,7 +40,7 @@ class AnnouncedLanes:
     vehicles
         Team indices of those planned for.
     ways
-        Of each: east and north of its bends by turns, in quarters of the blocks that the ground is divided into.
+        Of each: east and north of its bends by turns, in half cells of the map from its south-western corner.
     flown
         Bends that the vehicle that tells the plan reached last, as in ways.
     """

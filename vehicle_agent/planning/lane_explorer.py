@@ -11,14 +11,12 @@ from __future__ import annotations
 import dataclasses
 import math
 
-import numpy as np
-
 from vehicle_agent.domain.frames import Point
 from vehicle_agent.planning.frontier_travel import bearing_word
 from vehicle_agent.planning.interface import Decision, Observation, Situation, Waypoint
 from vehicle_agent.planning.team_lanes import LanesParams, TeamLanes
 from vehicle_agent.planning.tour_explorer import TourExplorer
-from vehicle_agent.planning.travel import EastNorth, along, beyond, next_leg
+from vehicle_agent.planning.travel import EastNorth, along, beyond, next_leg, next_step
 
 PLAN_HOLDS = 0.75
 """A plan is followed for this many sensing ranges before it is mended again."""
@@ -30,8 +28,8 @@ LEAST_PROGRESS, PROGRESS_OVER = 0.02, 6
 """Where over so many steps the team sees less than so many squared sensing ranges per vehicle and step, tours lead."""
 ARRIVED = 0.6
 """A bend is reached within so many steps."""
-WHOLE_STEP = 0.95
-"""A leg is flown on while so much of a step is left of it: short steps waste time."""
+KEPT_HEADING = math.cos(0.4)
+"""A leg is flown on while the way leads on within so many radians of it (its cosine)."""
 
 
 class LaneExplorer:
@@ -63,13 +61,13 @@ class LaneExplorer:
     def ask(self, situation: Situation) -> Decision:
         if self._lanes is None:
             self._lanes = TeamLanes(situation, self._home_en_m, self._params)
-        elsewhere = self._lanes.adopt(situation)
+        self._lanes.adopt(situation)
         self._steps_left -= 1
         self._steps += 1
-        if self._waypoint is not None and self._steps_left > 0 and not elsewhere:
-            flown_on = self._fly_on(situation, self._waypoint)
-            if flown_on is not None:
-                return flown_on
+        if self._waypoint is not None and self._steps_left > 0 and not self._leads_elsewhere(situation, self._lanes):
+            step = next_step(situation.position_enu_m, self._leg_end, situation.constraints)
+            if step is not None:
+                return dataclasses.replace(self._waypoint, position_enu_m=step)
         self._waypoint = None
         if self._steps_left <= 0 and not self._mend(situation, self._lanes):
             return self._tours.ask(situation)
@@ -94,14 +92,14 @@ class LaneExplorer:
         lanes.mend(situation)
         return True
 
-    def _fly_on(self, situation: Situation, waypoint: Waypoint) -> Waypoint | None:
-        """The next step of the present leg; None at its end and where it is taken."""
-        here, reach_m = situation.position_enu_m, situation.constraints.reach_m
-        if math.dist(here[:2], self._leg_end[:2]) < WHOLE_STEP * reach_m:
-            return None
-        step = along(here, self._leg_end, reach_m)
-        allowed = situation.constraints.admissible(here, np.array([step]))[0]
-        return dataclasses.replace(waypoint, position_enu_m=step) if allowed else None
+    def _leads_elsewhere(self, situation: Situation, lanes: TeamLanes) -> bool:
+        """Whether the own way turns off from the present leg: teammates mend it, too."""
+        bend = lanes.first_bend_en_m(situation.index)
+        if bend is None:
+            return True
+        east_m, north_m = situation.position_enu_m[:2]
+        ahead, now = (math.atan2(end[1] - north_m, end[0] - east_m) for end in (self._leg_end, bend))
+        return math.cos(now - ahead) < KEPT_HEADING
 
     def _follow(self, situation: Situation, lanes: TeamLanes) -> Decision:
         """The next leg of the own way; where none is left of it or it is barred, tours lead."""

@@ -75,6 +75,14 @@ class PatchDivision:
         corner = np.array(self._first, dtype=np.float64) * grid.cell_m
         self.corner_en_m: FloatArray = corner + np.array((grid.west_m, grid.south_m))
 
+    def middle_cells(self) -> tuple[IndexArray, IndexArray]:
+        """Columns and rows of the cells in the middle of the patches: (patches across,) and (patches along,) int64."""
+        columns, rows = (
+            first + (2 * np.arange(parts) + 1) * span // (2 * parts)
+            for first, span, parts in zip(self._first, self._spans, self.shape, strict=True)
+        )
+        return columns, rows
+
     def cells_of(self, number: int) -> tuple[slice, slice]:
         """Columns and rows of a patch."""
         across, along = divmod(number, self.shape[1])

@@ -10,9 +10,11 @@ import numpy as np
 
 from vehicle_agent.domain.frames import FloatArray
 from vehicle_agent.domain.lane_sight import look_around, sight_of
-from vehicle_agent.domain.shared_lanes import LaneCosts, Ways, mend_lanes
+from vehicle_agent.domain.lane_trials import Ways
+from vehicle_agent.domain.shared_lanes import LaneCosts, mend_lanes
 from vehicle_agent.planning.interface import AnnouncedLanes, Situation
 from vehicle_agent.planning.patches import PatchDivision, UnseenPatches
+from vehicle_agent.planning.steep_ground import ground_steepness
 from vehicle_agent.planning.travel import EastNorth
 
 
@@ -60,8 +62,12 @@ class LanesParams:
     arrived: float = 0.15
 
 
-UNITS_PER_BLOCK = 4
-"""Bends are told in such parts of a block."""
+UNITS_PER_CELL = 2
+"""Bends are told in such parts of the map's cells: blocks may differ between vehicles that see differently far."""
+MOST_BLOCKS = 90_000
+"""Of wider ground the blocks are wider."""
+LEAST_STRETCH = 0.6
+"""However level ground is beside all other: so much nearer at most it seems to a sensor, squared."""
 FLOWN_TOLD = 4
 """Bends that a vehicle reached last, told so that nobody plans them again."""
 LOOKS_PER_MEND = 3
@@ -83,12 +89,13 @@ class TeamLanes:
     def __init__(self, situation: Situation, home_en_m: EastNorth | None, params: LanesParams) -> None:
         self._params, self._home_en_m, self._range_m = params, home_en_m, situation.range_m
         grid = situation.team_map.grid
-        self._division = PatchDivision(grid, situation.area_cells, params.block * situation.range_m, most=10**6)
+        self._division = PatchDivision(grid, situation.area_cells, params.block * situation.range_m, MOST_BLOCKS)
         self._unseen = UnseenPatches(self._division)
         self._block_m = np.array(self._division.size_cells) * grid.cell_m
         self._range_blocks = situation.range_m / float(self._block_m.mean())
         self._sight = sight_of(params.sight * self._range_blocks, self._division.shape)
         self._area_blocks = float(situation.area_cells.sum()) / math.prod(self._division.size_cells)
+        self._middle_cells = self._division.middle_cells()
         self._looked_from: dict[int, FloatArray] = {}
         self._flown: tuple[int, ...] = ()
         self.plan: AnnouncedLanes | None = None
@@ -98,65 +105,75 @@ class TeamLanes:
         self._unseen.follow(situation.team_map, situation.area_cells)
         return self._unseen.in_all() * self._division.grid.cell_m**2 / self._range_m**2
 
-    def adopt(self, situation: Situation) -> bool:
-        """Take over the team's latest plan; True when the own way begins with another bend by it."""
+    def adopt(self, situation: Situation) -> None:
+        """Take over the team's latest plan."""
         if self.plan is None:
-            return False
+            return
         latest = self.plan
         for mate in situation.teammates:
             plan = mate.lanes
             if plan is not None and (plan.number, plan.by) > (latest.number, latest.by):
                 latest = plan
-        if latest is self.plan:
-            return False
-        before = self.plan.way_of(situation.index)[:2]
-        way = _not_flown(latest.way_of(situation.index), self._flown)
-        self.plan = dataclasses.replace(latest.with_way(situation.index, way), flown=self._flown)
-        return way[:2] != before
+        if latest is not self.plan:
+            way = _not_flown(latest.way_of(situation.index), self._flown)
+            self.plan = dataclasses.replace(latest.with_way(situation.index, way), flown=self._flown)
 
     def mend(self, situation: Situation) -> None:
         """Drop what was flown from the latest plan and try changes to the rest."""
-        params = self._params
-        mates = situation.teammates
-        indices = tuple(sorted([situation.index, *(mate.index for mate in mates)]))
-        places = {mate.index: mate.position_enu_m[:2] for mate in mates} | {
-            situation.index: situation.position_enu_m[:2]
-        }
+        params, scale = self._params, self._range_blocks
+        mates = [mate for mate in situation.teammates if mate.lanes is not None or mate.tour is None]
+        places = {mate.index: mate.position_enu_m[:2] for mate in mates}
+        places[situation.index] = situation.position_enu_m[:2]
+        indices = tuple(sorted(places))
         starts = self._to_blocks(np.array([places[index] for index in indices]))
+        steepness = ground_steepness(
+            situation.constraints.surface_m, *self._middle_cells, self._block_m, situation.range_m
+        )
+        self._sight.stretch[:] = np.maximum(steepness**2, LEAST_STRETCH)
         self._note_looks(indices, starts)
         plans = [mate.lanes for mate in mates if mate.lanes is not None] + ([self.plan] if self.plan else [])
         latest = max(plans, key=lambda plan: (plan.number, plan.by), default=None)
         flown = {mate.index: mate.lanes.flown for mate in mates if mate.lanes is not None}
         flown[situation.index] = self._flown
         ways = self._ways(indices, starts, latest, flown)
-        hot, cool, trials = params.hot, params.cool, params.trials
-        if self.plan is None:  # each first decision is a part of one long annealing
-            falls = params.first_cool / params.first_hot
-            hot, cool = (params.first_hot * falls ** (part / len(indices)) for part in (len(plans), 1 + len(plans)))
-            trials = params.first_trials
         number = min(1 + (latest.number if latest else 0), LAST_NUMBER)
-        scale = self._range_blocks
-        allowed = params.allowed * self._area_blocks
+        trials, hot, cool = self._annealing(number, len(indices))
         costs = LaneCosts(
-            0.0 if self._home_en_m is None else 1.0, params.unseen / scale, params.dearer, allowed,
-            params.begins_ahead * scale,
+            0.0 if self._home_en_m is None else 1.0, params.unseen / scale, params.dearer,
+            params.allowed * self._area_blocks, params.begins_ahead * scale, steepness,
         )  # fmt: skip
         mend_lanes(
-            ways, self._sight, self._unseen.by_place() / math.prod(self._division.size_cells),
-            costs,
+            ways, self._sight, self._unseen.by_place() / math.prod(self._division.size_cells), costs,
             trials, hot * scale, cool * scale, np.random.default_rng((number, situation.index)),
         )  # fmt: skip
-        told = tuple(
-            tuple(round(float(part) * UNITS_PER_BLOCK) for part in bends[1:count].ravel())
-            for bends, count in zip(ways.bends, ways.counts, strict=True)
-        )
+        told = tuple(self._told(bends[1:count]) for bends, count in zip(ways.bends, ways.counts, strict=True))
         self.plan = AnnouncedLanes(number, situation.index, indices, told, self._flown)
+
+    def _annealing(self, number: int, vehicles: int) -> tuple[int, float, float]:
+        """How many changes to try for a plan, and the heat at first and at last, in sensing ranges.
+
+        The first plan of each vehicle is a part of one long annealing.
+        """
+        params = self._params
+        if number > vehicles:
+            return params.trials, params.hot, params.cool
+        falls = params.first_cool / params.first_hot
+        hot, cool = (params.first_hot * falls ** (part / vehicles) for part in (number - 1, number))
+        return params.first_trials, hot, cool
 
     def bends_en_m(self, index: int) -> list[EastNorth]:
         """Bends of a vehicle's way, ENU metres."""
-        way = self.plan.way_of(index) if self.plan else ()
-        places = (np.array(way).reshape(-1, 2) / UNITS_PER_BLOCK + 0.5) * self._block_m + self._division.corner_en_m
+        places = self._heard(self.plan.way_of(index) if self.plan else ())
         return [(float(east_m), float(north_m)) for east_m, north_m in places]
+
+    def first_bend_en_m(self, index: int) -> EastNorth | None:
+        """The bend that a vehicle's way leads to next, ENU metres; None when it has none."""
+        way = self.plan.way_of(index) if self.plan else ()
+        if not way:
+            return None
+        grid = self._division.grid
+        part_m = grid.cell_m / UNITS_PER_CELL
+        return grid.west_m + part_m * way[0], grid.south_m + part_m * way[1]
 
     def reached_first(self, index: int) -> None:
         """Take the first bend off the own way, and remember that it was flown."""
@@ -176,7 +193,7 @@ class TeamLanes:
         arrived = self._params.arrived * self._range_blocks
         for row, index in enumerate(indices):
             told = _not_flown(latest.way_of(index), flown.get(index, ())) if latest else ()
-            way = np.array(told, dtype=np.float64).reshape(-1, 2)[: self._params.most_bends - 1] / UNITS_PER_BLOCK
+            way = self._to_blocks(self._heard(told)[: self._params.most_bends - 1])
             if len(way) and math.dist(way[0], starts[row]) < arrived:
                 way = way[1:]
             counts[row] = 1 + len(way)
@@ -193,6 +210,19 @@ class TeamLanes:
         looks = np.concatenate([place + shares * (before - place) for place, before in zip(places, since, strict=True)])
         look_around(self._sight, looks, int(self._params.most_looked * self._sight.odds[0]))
         self._looked_from = dict(zip(indices, places, strict=True))
+
+    def _heard(self, way: tuple[int, ...]) -> FloatArray:
+        """Bends as told -> (N, 2) float64, ENU metres."""
+        grid = self._division.grid
+        told = np.array(way, dtype=np.float64).reshape(-1, 2)
+        return told * (grid.cell_m / UNITS_PER_CELL) + (grid.west_m, grid.south_m)
+
+    def _told(self, bends: FloatArray) -> tuple[int, ...]:
+        """Bends in blocks, (N, 2) float64 -> as told."""
+        grid = self._division.grid
+        places_en_m = (bends + 0.5) * self._block_m + self._division.corner_en_m
+        told = np.rint((places_en_m - (grid.west_m, grid.south_m)) * (UNITS_PER_CELL / grid.cell_m))
+        return tuple(told.astype(np.int64).ravel().tolist())
 
     def _to_blocks(self, places_en_m: FloatArray) -> FloatArray:
         """Places in blocks, block centres at whole numbers: (N, 2) metres -> (N, 2)."""

@@ -29,7 +29,7 @@ from vehicle_agent.planning.interface import (
 )
 from vehicle_agent.planning.patches import PatchDivision, UnseenPatches
 from vehicle_agent.planning.team_tours import Tourist, own_tour
-from vehicle_agent.planning.travel import EastNorth, along, beyond, next_leg, way_length_m
+from vehicle_agent.planning.travel import EastNorth, along, beyond, next_leg, next_step, way_length_m
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,8 +81,6 @@ class ToursParams:
 
 TO_AND_FRO = 4
 """A patch may be approached again from afar for so many times the patience."""
-WHOLE_STEP = 0.95
-"""A leg is flown on while so much of a step is left of it: short steps waste time."""
 BENDS_RAD = np.array([0.0, 0.3, -0.3, 0.6, -0.6, 0.9, -0.9, 1.2, -1.2])
 """Headings tried, away from the straight way to a patch."""
 
@@ -146,9 +144,9 @@ class TourExplorer:
             self._unseen = UnseenPatches(self._division)
         self._unseen.follow(situation.team_map, situation.area_cells)
         if self._waypoint is not None and self._patch is not None and self._unseen.unseen_in(self._patch):
-            flown_on = self._fly_on(situation, self._waypoint)
-            if flown_on is not None:
-                return flown_on
+            step = next_step(situation.position_enu_m, self._leg_end, situation.constraints)
+            if step is not None:
+                return dataclasses.replace(self._waypoint, position_enu_m=step)
         self._waypoint = None
         if not self._share_out(situation, self._division, self._unseen):
             return Finished("nothing unseen is left within reach")
@@ -174,15 +172,6 @@ class TourExplorer:
         first = along(here, end, situation.constraints.reach_m)
         self._waypoint = Waypoint(first, why, goal, away_m, tuple(route[:12]), self._tour)
         return self._waypoint
-
-    def _fly_on(self, situation: Situation, waypoint: Waypoint) -> Waypoint | None:
-        """The next step of the leg decided on last; None at its end and where it is taken."""
-        here, reach_m = situation.position_enu_m, situation.constraints.reach_m
-        if math.dist(here, self._leg_end) < WHOLE_STEP * reach_m:
-            return None
-        step = along(here, self._leg_end, reach_m)
-        allowed = situation.constraints.admissible(here, np.array([step]))[0]
-        return dataclasses.replace(waypoint, position_enu_m=step) if allowed else None
 
     def _leg(self, situation: Situation, target: EastNorth, away_m: float) -> Point | None:
         """End of the next leg towards a target, bent to where more unseen ground lies beside it."""

@@ -18,6 +18,8 @@ NOWHERE = (-1, -1)
 BESIDE_CELLS = 3
 WIDER = 12
 """Ways are looked for so many cells around what is needed at least."""
+WHOLE_STEP = 0.95
+"""A leg is flown on while so much of a step is left of it: short steps waste time."""
 LOOK_AHEAD = 3.0
 """A way is cut short towards its farthest point in sight within so many legs, so that legs keep their full length."""
 
@@ -60,6 +62,14 @@ def beyond(place_en_m: EastNorth, following_en_m: EastNorth, length_m: float) ->
         place_en_m[0] + part * (following_en_m[0] - place_en_m[0]),
         place_en_m[1] + part * (following_en_m[1] - place_en_m[1]),
     )
+
+
+def next_step(position_enu_m: Point, leg_end_enu_m: Point, constraints: Constraints) -> Point | None:
+    """The next step of a leg decided on before; None at its end, where a step would be short, and where it is taken."""
+    if math.dist(position_enu_m, leg_end_enu_m) < WHOLE_STEP * constraints.reach_m:
+        return None
+    step = along(position_enu_m, leg_end_enu_m, constraints.reach_m)
+    return step if constraints.admissible(position_enu_m, np.array([step]))[0] else None
 
 
 def _targets(

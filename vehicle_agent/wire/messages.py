@@ -20,8 +20,8 @@ Name = Annotated[str, Meta(pattern=NAME_PATTERN)]
 U32 = Annotated[int, Meta(ge=0, le=2**32 - 1)]
 PatchNumber = Annotated[int, Meta(ge=0, lt=400)]
 TeamIndex = Annotated[int, Meta(ge=0, lt=256)]
-BendPart = Annotated[int, Meta(ge=-100, lt=2**16)]
-"""East or north of a bend, in quarters of a block of ground."""
+BendPart = Annotated[int, Meta(ge=0, lt=2**20)]
+"""East or north of a bend, in half cells of the map from its south-western corner."""
 Bends = Annotated[tuple[BendPart, ...], Meta(max_length=128)]
 StampMs = Annotated[int, Meta(ge=0, le=2**53)]
 Centimetres = Annotated[int, Meta(ge=-(10**8), le=10**8)]
@@ -163,7 +163,7 @@ class MapDelta(Message, frozen=True, tag=2, kw_only=True):
     record: DeltaRecord
 
 
-class TeamLanes(msgspec.Struct, array_like=True, frozen=True):
+class LanePlan(msgspec.Struct, array_like=True, frozen=True):
     """Ways of straight lanes for a whole team, of bends told as east and north by turns."""
 
     number: U32
@@ -195,7 +195,7 @@ class Claim(Message, frozen=True, tag=3, kw_only=True):
     """Higher than every tour's that the sender knew of when it planned its own; 0 when it plans none."""
     tour: Annotated[tuple[PatchNumber, ...], Meta(max_length=400)] = ()
     """Patches of the ground that the sender means to visit, the next one first."""
-    lanes: TeamLanes | None = None
+    lanes: LanePlan | None = None
     """The team's plan that the sender follows."""
 
 
