@@ -21,12 +21,12 @@ from vehicle_agent.behaviour.intent import Intent, Line, awaited, within_reach_m
 from vehicle_agent.behaviour.leg import Leg, speed_m_s, stopping_point
 from vehicle_agent.behaviour.navigator import allowed_cells
 from vehicle_agent.behaviour.town_legs import ARRIVED_M, SLOW_M_S, is_clear, is_flown, leads_to, turns
+from vehicle_agent.behaviour.town_ways import way_aside, way_to
+from vehicle_agent.behaviour.vain_looks import VainLooks
 from vehicle_agent.behaviour.voxel_share import VoxelShare
 from vehicle_agent.domain.frames import Point
 from vehicle_agent.domain.grid import IndexArray
 from vehicle_agent.domain.polygon import BoolArray
-from vehicle_agent.domain.voxel_paths import UNREACHED, trace_voxels, voxel_distances
-from vehicle_agent.domain.voxels import UNKNOWN
 from vehicle_agent.mission.load import MissionPlan
 from vehicle_agent.planning.constraints import Reservation, Traffic
 from vehicle_agent.planning.interface import Finished, Waypoint
@@ -42,8 +42,6 @@ PATIENCE = 3
 """Waits for a way to become clear before another is sought."""
 WORTH_STOPPING_M = 2.0
 """A leg that goes on for so much beyond the braking distance, to what need not be looked at any more, is broken off."""
-LOOKED_AT_MOST = 2
-"""A voxel that is not seen from where it should be so many times is left alone for good."""
 SCAN_WITHIN_S = 5.0
 
 
@@ -57,8 +55,7 @@ class TownNavigator:
         self._grid = shared.team_map.grid
         self._explorer = VoxelExplorer(index, shared.fan)
         self._allowed, self._area = allowed_cells(plan), plan.area_cells
-        self._vain_looks = np.zeros(self._grid.shape, dtype=np.uint8)
-        self._out_of_sight = np.zeros(self._grid.shape, dtype=np.bool_)
+        self._vain_looks = VainLooks(self._grid.shape)
         self._within_m = plan.mission.safety.separation_m + plan.mission.task.step_m
         self._within_of_setting_out_m = within_reach_m(plan)
         self._way: IndexArray = np.empty(0, dtype=np.int64)
@@ -128,7 +125,9 @@ class TownNavigator:
         if not passages or around.now_s < self._not_before_s:
             return None
         picture = self._picture(around)
-        way = self._way_aside(picture, around.state, passages)
+        legs = [(passage.start_enu_m, passage.end_enu_m) for passage in passages]
+        keep_m = self._plan.mission.safety.separation_m + ROOM_M
+        way = way_aside(picture.passable, self._grid, self._start(around.state), legs, keep_m)
         if len(way) == 0:
             self._not_before_s = around.now_s + WAIT_S
             return None
@@ -192,7 +191,7 @@ class TownNavigator:
         known = int(np.count_nonzero(picture.states))
         if known != self._reconsidered_at:
             self._reconsidered_at = known
-            self._out_of_sight = self._vain_looks >= LOOKED_AT_MOST
+            self._vain_looks.try_again()
             self._explorer.reconsider()
             return self._wait(around, "tries again what was out of sight", WAIT_S)
         return Finished(self._farewell())
@@ -333,10 +332,7 @@ class TownNavigator:
         arrived_ms, arrived_s = self._arrived
         if self._shared.last_scan_ms <= arrived_ms and around.now_s - arrived_s < SCAN_WITHIN_S:
             return False
-        expected = self._explorer.expected
-        vain = expected[self._shared.picture.states.ravel()[expected] == UNKNOWN]
-        self._vain_looks.ravel()[vain] = np.minimum(self._vain_looks.ravel()[vain] + 1, LOOKED_AT_MOST)
-        self._out_of_sight.ravel()[vain] = True
+        self._vain_looks.note(self._explorer.expected, self._shared.picture.states)
         return True
 
     def _travel(self, around: Surroundings, place_en_m: tuple[float, float], why: str) -> Point | Arrived | None:
@@ -353,7 +349,7 @@ class TownNavigator:
             return Arrived()
         self._goal, self.why = None, f"{why}, {away_m:.0f} m"
         if len(self._way) == 0 or not self._is_passable(picture):
-            self._way = self._way_to(picture, state, place_en_m)
+            self._way = way_to(picture.passable, self._grid, self._start(state), place_en_m)
         if len(self._way) == 0:
             over = (place_en_m[0], place_en_m[1], state.position_enu_m[2])
             near = away_m <= 2.0 * self._grid.voxel_m
@@ -362,30 +358,6 @@ class TownNavigator:
             taken = f"{why}, {away_m:.0f} m: the way is taken"
             return self.make_way(around) or self._wait(around, taken, WAIT_S)
         return self._fly_on(around, picture)
-
-    def _way_to(self, picture: VoxelPicture, state: VehicleState, place_en_m: tuple[float, float]) -> IndexArray:
-        """Voxels to the nearest place that can be reached, as high as the vehicle flies over a point."""
-        goal = np.array(self._grid.clamped(self._grid.voxel_of((*place_en_m, 0.0)))[:2])
-        start = self._grid.flat_of(self._voxel_here(state))
-        nowhere = np.empty(0, dtype=np.bool_)
-        distances, parents = voxel_distances(picture.passable, start, nowhere, 0)
-        reached = np.flatnonzero(distances != UNREACHED)
-        columns, rows, layers = np.unravel_index(reached, self._grid.shape)
-        beside = np.hypot(columns - goal[0], rows - goal[1])
-        best = np.lexsort((-layers, beside))[0]
-        return trace_voxels(parents, int(reached[best]))[1:]
-
-    def _way_aside(self, picture: VoxelPicture, state: VehicleState, passages: Sequence[Reservation]) -> IndexArray:
-        """Voxels to the nearest place with room beside passages; empty when there is none."""
-        nowhere = np.empty(0, dtype=np.bool_)
-        distances, parents = voxel_distances(picture.passable, self._grid.flat_of(self._voxel_here(state)), nowhere, 0)
-        legs = [(passage.start_enu_m, passage.end_enu_m) for passage in passages]
-        keep_m = self._plan.mission.safety.separation_m + ROOM_M
-        reached = (distances != UNREACHED).reshape(self._grid.shape)
-        places = np.flatnonzero(without_traffic(reached, self._grid, legs, None, keep_m))
-        if len(places) == 0:
-            return self._way[:0]
-        return trace_voxels(parents, int(places[np.argmin(distances[places])]))[1:]
 
     # What is in the way
 
@@ -420,7 +392,7 @@ class TownNavigator:
     def _picture(self, around: Surroundings) -> VoxelPicture:
         """The map with what this vehicle may not enter and need not see left out."""
         shown = self._shared.picture
-        frontier = shown.frontier & self._area[:, :, None] & ~self._out_of_sight
+        frontier = shown.frontier & self._area[:, :, None] & ~self._vain_looks.out_of_sight
         return replace(shown, passable=self._passable(around, around.reservations), frontier=frontier)
 
     def _passable(self, around: Surroundings, reservations: Sequence[Reservation]) -> BoolArray:
@@ -447,6 +419,10 @@ class TownNavigator:
     def _voxel_here(self, state: VehicleState) -> Voxel:
         column, row, layer = self._grid.clamped(self._grid.voxel_of(state.position_enu_m))
         return (column, row, min(layer, self._shared.ceiling))
+
+    def _start(self, state: VehicleState) -> int:
+        """Flat index of the voxel where ways begin."""
+        return self._grid.flat_of(self._voxel_here(state))
 
     def _centre(self, flat: int) -> Point:
         east_m, north_m, up_m = self._grid.centres_of(np.array([flat]))[0].tolist()
