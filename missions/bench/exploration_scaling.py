@@ -14,9 +14,8 @@ from missions.bench.hills import HillsParams
 from missions.bench.pool import measure_all
 from missions.bench.results import Row, save_rows
 from vehicle_agent.domain import kernels
-from vehicle_agent.mission.tasks import PlannerName
+from vehicle_agent.mission.tasks import DEFAULT_PLANNER, PlannerName
 
-DEFAULT: PlannerName = "tours"
 RIVAL: PlannerName = "closest-frontier"
 STEPS = 60
 """A run ends after so many steps, or when all is seen; its first plans count."""
@@ -60,7 +59,7 @@ def bench_scaling(
         Job(planner, environment, seed, size.vehicles, team, None, size.hills, steps)
         for size in sizes
         for environment in range(environments)
-        for planner in (DEFAULT, RIVAL)
+        for planner in (DEFAULT_PLANNER, RIVAL)
     ]
     done, interrupted = measure_all(jobs, run_job, "timing plans", processes=1)
     rows = []
@@ -69,7 +68,7 @@ def bench_scaling(
     for size in sizes:
         of_size = [(job, run) for job, run in done if (job.vehicles, job.hills) == (size.vehicles, size.hills)]
         medians = {}
-        for planner in (DEFAULT, RIVAL):
+        for planner in (DEFAULT_PLANNER, RIVAL):
             runs = [run for job, run in of_size if job.planner == planner]
             if runs:
                 rows.append(row(planner, size, runs))
@@ -86,7 +85,7 @@ def row(planner: PlannerName, size: Size, runs: Sequence[ExplorationRun]) -> Row
     asks = np.concatenate([run.ask_ms for run in runs])
     return {
         "planner": planner,
-        "default": planner == DEFAULT,
+        "default": planner == DEFAULT_PLANNER,
         "vehicles": size.vehicles,
         "cells_per_side": size.cells_per_side,
         "environments": len(runs),

@@ -10,6 +10,7 @@ from click.testing import CliRunner
 
 from missions.bench.exploration_scaling import SIZES, Size, bench_scaling
 from missions.cli import main
+from vehicle_agent.mission.tasks import DEFAULT_PLANNER
 
 
 def test_rows_tell_planning_time_of_both_sides_for_every_size(
@@ -20,12 +21,12 @@ def test_rows_tell_planning_time_of_both_sides_for_every_size(
     told = json.loads(file.read_text())
     assert told["bench"] == "exploration-scaling"
     asked = [(row["planner"], row["vehicles"], row["cells_per_side"], row["decisions"]) for row in told["rows"]]
-    sides = ("tours", "closest-frontier")
+    sides = (DEFAULT_PLANNER, "closest-frontier")
     assert asked == [(side, n, cells, 4 * n) for n, cells in ((1, 40), (3, 50)) for side in sides]
     for row in told["rows"]:
         assert 0.0 < row["plan_ms_median"] <= row["plan_ms_p99"]
         assert row["plan_ms_mean"] > 0.0
-        assert row["default"] == (row["planner"] == "tours")
+        assert row["default"] == (row["planner"] == DEFAULT_PLANNER)
     assert len(capsys.readouterr().out.splitlines()) == 2 + 4
 
 

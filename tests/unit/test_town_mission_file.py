@@ -7,10 +7,12 @@ from typing import Any
 import msgspec
 import pytest
 
+from tests.fakes.hill_missions import hill_mission
 from tests.fakes.town_missions import town_content, town_plan
 from vehicle_agent.behaviour.preflight import parameters_before_arming, return_height_m, take_off_height_m
 from vehicle_agent.mission.load import MissionError, check_task, plan_mission
 from vehicle_agent.mission.model import Mission
+from vehicle_agent.mission.tasks import ExploreTask
 
 AREA = {"cell_m": 1.0, "rectangle_enu_m": [0.0, 0.0, 40.0, 40.0], "fence_margin_m": 1.0, "up_m": [-1.0, 17.0]}
 
@@ -26,6 +28,14 @@ def test_a_town_has_voxels_over_its_cells() -> None:
     assert plan.voxel_grid.shape[:2] == plan.grid.shape
     check(town_content())
     check(town_content(task={"kind": "cover", "explore_first": True}))
+
+
+def test_planner_left_out_is_the_best_for_the_ground() -> None:
+    town = plan_mission(msgspec.convert(town_content(task={"kind": "explore"}), Mission)).mission.task
+    hills = plan_mission(hill_mission(task={"kind": "explore"})).mission.task
+    assert isinstance(town, ExploreTask)
+    assert isinstance(hills, ExploreTask)
+    assert (town.planner, hills.planner) == ("tours", "lanes")
 
 
 @pytest.mark.parametrize(

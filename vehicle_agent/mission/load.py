@@ -18,6 +18,7 @@ from vehicle_agent.mission.explain import explain_refusal, non_finite_keys
 from vehicle_agent.mission.model import AreaTable, Mission
 from vehicle_agent.mission.plan import MissionError, MissionPlan
 from vehicle_agent.mission.schema import mission_schema
+from vehicle_agent.mission.tasks import DEFAULT_PLANNER, ExploreTask, PlannerName
 
 __all__ = ["MissionError", "MissionPlan", "check_task", "load_mission", "mission_schema", "plan_mission"]
 
@@ -64,6 +65,9 @@ def plan_mission(mission: Mission, source: Path = Path("mission")) -> MissionPla
     area_cells = cells_inside(grid, fence)
     if not area_cells.any():
         raise fail("area", "holds no cell centre; make the area larger or area.cell_m smaller")
+    if isinstance(mission.task, ExploreTask) and mission.task.planner is None:
+        planner: PlannerName = DEFAULT_PLANNER if mission.area.up_m is None else "tours"
+        mission = msgspec.structs.replace(mission, task=msgspec.structs.replace(mission.task, planner=planner))
     plan = MissionPlan(mission, source, datum, fence, grid, area_cells)
     check_terrain(plan, fail)
     check_team(plan, fail)

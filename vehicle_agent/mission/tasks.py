@@ -10,6 +10,8 @@ from vehicle_agent.mission.tables import Table
 
 PlannerName = Literal["tours", "lanes", "claims", "fcao", "cao", "closest-frontier", "greedy"]
 
+DEFAULT_PLANNER: PlannerName = "lanes"
+
 
 class ExploreTask(Table, frozen=True, kw_only=True, tag_field="kind", tag="explore"):
     """See the whole surface of the area once.
@@ -17,12 +19,12 @@ class ExploreTask(Table, frozen=True, kw_only=True, tag_field="kind", tag="explo
     Attributes
     ----------
     planner
-        Who decides where to go next.
+        Who decides where to go next; left out, lanes, and in towns tours.
     step_m
         Longest way between two decisions (alpha in Renzaglia eq. 10).
     """
 
-    planner: PlannerName = "tours"
+    planner: PlannerName | None = None
     step_m: Annotated[float, Meta(ge=1, le=1e6)] = 100.0
 
 

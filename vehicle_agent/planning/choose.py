@@ -6,7 +6,7 @@ import numpy as np
 
 from vehicle_agent.domain.frames import Point
 from vehicle_agent.domain.grid import Grid
-from vehicle_agent.mission.tasks import CoverTask, ExploreTask, PlannerName
+from vehicle_agent.mission.tasks import DEFAULT_PLANNER, CoverTask, ExploreTask, PlannerName
 from vehicle_agent.planning.baselines.closest_frontier import ClosestFrontier
 from vehicle_agent.planning.baselines.greedy import Greedy
 from vehicle_agent.planning.cao import CaoParams
@@ -42,7 +42,7 @@ def make_task_planner(
         Where the vehicle begins to cover; None for where it is then.
     """
     if isinstance(task, ExploreTask):
-        return make_planner(task.planner, grid, range_m, task.step_m, home_en_m, rng)
+        return make_planner(task.planner or DEFAULT_PLANNER, grid, range_m, task.step_m, home_en_m, rng)
     coverer: Planner
     match task.planner:
         case "stations":
