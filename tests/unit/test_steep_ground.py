@@ -12,7 +12,7 @@ from vehicle_agent.planning.patches import PatchDivision
 from vehicle_agent.planning.steep_ground import ground_steepness
 
 GRID = Grid(0.0, 0.0, 1.0, 80, 60)
-DIVISION = PatchDivision(GRID, np.ones(GRID.shape, dtype=bool), 2.0, 10_000)
+DIVISION = PatchDivision(GRID, 2.0, 10_000)
 BLOCK_M = np.array([2.0, 2.0])
 
 
@@ -38,9 +38,7 @@ def test_steepness_is_the_surface_by_the_map_and_carries_on_beside_what_is_known
 
 
 def test_middle_cells_lie_in_their_patches() -> None:
-    area = np.zeros(GRID.shape, dtype=bool)
-    area[7:70, 3:50] = True
-    division = PatchDivision(GRID, area, 5.0)
+    division = PatchDivision(GRID, 7.0)
     columns, rows = division.middle_cells()
     for across, column in enumerate(columns):
         for along, row in enumerate(rows):

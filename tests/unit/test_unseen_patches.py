@@ -38,7 +38,7 @@ def check(unseen: UnseenPatches, division: PatchDivision, team_map: ElevationMap
 def test_counts_follow_a_growing_map_and_begin_anew_with_another_map_or_area() -> None:
     rng = np.random.default_rng(4)
     area = rng.random(GRID.shape) < 0.8
-    division = PatchDivision(GRID, area, 9.0)
+    division = PatchDivision(GRID, 9.0)
     unseen, team_map = UnseenPatches(division), ElevationMap(GRID)
     observe(team_map, np.arange(40))
     for observer in range(4):
@@ -68,7 +68,7 @@ def stops_of_line(unseen_columns: list[int], radius_m: float, remnant: float, be
     area = np.ones(grid.shape, dtype=np.bool_)
     team_map = ElevationMap(grid)
     observe(team_map, np.flatnonzero(~np.isin(np.arange(grid.cells) // grid.rows, unseen_columns)))
-    unseen = UnseenPatches(PatchDivision(grid, area, 5.0))
+    unseen = UnseenPatches(PatchDivision(grid, 5.0))
     unseen.follow(team_map, area)
     return unseen.stops(set(), radius_m, remnant, beside_m)
 
@@ -94,7 +94,7 @@ def test_a_remnant_is_a_stop_only_where_no_other_stop_is_near() -> None:
 def test_a_patch_given_up_is_no_stop() -> None:
     grid = Grid(0.0, 0.0, 1.0, 10, 5)
     area = np.ones(grid.shape, dtype=np.bool_)
-    unseen = UnseenPatches(PatchDivision(grid, area, 5.0))
+    unseen = UnseenPatches(PatchDivision(grid, 5.0))
     unseen.follow(ElevationMap(grid), area)
     assert unseen.stops({0}, 2.0, 0.0, 0.0).numbers.tolist() == [1]
     assert not unseen.any_left({0, 1})

@@ -3,7 +3,8 @@
 Every vehicle knows the team's plan: for each vehicle a way of straight lanes that together are expected to show all
 that is unseen. Whoever decides takes the latest plan it heard of, drops what has been flown, tries some changes by what
 the team's map shows now, and tells the plan that came of it. Nobody is in the middle, and no trial is lost: the plan is
-annealed by the whole team. Ground too large for lanes, and what lanes cannot lead to, is left to tours.
+annealed by the whole team. Ground too large for lanes, what lanes cannot lead to, and what one vehicle alone is sent to
+see is left to tours.
 """
 
 from __future__ import annotations
@@ -11,7 +12,10 @@ from __future__ import annotations
 import dataclasses
 import math
 
+import numpy as np
+
 from vehicle_agent.domain.frames import Point
+from vehicle_agent.domain.polygon import BoolArray
 from vehicle_agent.planning.frontier_travel import bearing_word
 from vehicle_agent.planning.interface import Decision, Observation, Situation, Waypoint
 from vehicle_agent.planning.team_lanes import LanesParams, TeamLanes
@@ -54,6 +58,8 @@ class LaneExplorer:
         self._steps = 0
         self._unseen_at: tuple[int, float] = (0, math.inf)
         self._without_lanes = False
+        self._area: BoolArray | None = None
+        self._area_cells = self._most_cells = 0
 
     def tell(self, observation: Observation) -> None:
         """Nothing is learned from measurements beyond the map."""
@@ -61,6 +67,9 @@ class LaneExplorer:
     def ask(self, situation: Situation) -> Decision:
         if self._lanes is None:
             self._lanes = TeamLanes(situation, self._home_en_m, self._params)
+        if self._has_less_to_see(situation.area_cells):
+            self._waypoint, self._steps_left = None, 0
+            return self._tours.ask(situation)
         self._lanes.adopt(situation)
         self._steps_left -= 1
         self._steps += 1
@@ -72,6 +81,13 @@ class LaneExplorer:
         if self._steps_left <= 0 and not self._mend(situation, self._lanes):
             return self._tours.ask(situation)
         return self._follow(situation, self._lanes)
+
+    def _has_less_to_see(self, area_cells: BoolArray) -> bool:
+        """Whether this is a part only of what there was to see: a plan for it would lead teammates there, too."""
+        if area_cells is not self._area:
+            self._area, self._area_cells = area_cells, int(np.count_nonzero(area_cells))
+            self._most_cells = max(self._most_cells, self._area_cells)
+        return self._area_cells < self._most_cells
 
     def _mend(self, situation: Situation, lanes: TeamLanes) -> bool:
         """Make the plan better; False when the ground is not one for lanes."""

@@ -37,49 +37,43 @@ class Stops:
 class PatchDivision:
     """Divides a grid into equal rectangles of at most a given width.
 
+    The whole grid, so that patches have the same numbers for all vehicles, whichever part each has to see.
+
     Parameters
     ----------
     grid
         The cells.
-    area_cells
-        (columns, rows) bool, the cells that count.
     width_m
         Widest that a patch may be, metres; patches are wider where there would be more than `most` of them.
 
     Attributes
     ----------
     corner_en_m : (2,) float64, south-western corner of the first patch, ENU metres.
-    across, along : (columns,) and (rows,) int64; the sum of both is the number of a cell's patch, of one outside the
-        area's bounding box the nearest patch's.
+    across, along : (columns,) and (rows,) int64; the sum of both is the number of a cell's patch.
     """
 
-    def __init__(self, grid: Grid, area_cells: BoolArray, width_m: float, most: int = 400) -> None:
+    def __init__(self, grid: Grid, width_m: float, most: int = 400) -> None:
         self.grid = grid
-        columns, rows = np.flatnonzero(area_cells.any(axis=1)), np.flatnonzero(area_cells.any(axis=0))
-        self._first = (int(columns[0]), int(rows[0]))
-        spans = (int(columns[-1]) - self._first[0] + 1, int(rows[-1]) - self._first[1] + 1)
+        spans = grid.shape
         while True:
             cells_wide = max(1.0, width_m / grid.cell_m)
             self.shape = (max(1, int(np.ceil(spans[0] / cells_wide))), max(1, int(np.ceil(spans[1] / cells_wide))))
             if self.shape[0] * self.shape[1] <= most:
                 break
             width_m *= 1.25
-        self._spans = spans
         self.size_cells = (spans[0] / self.shape[0], spans[1] / self.shape[1])
         across, along = (
-            np.clip((np.arange(cells) - first) * parts // span, 0, parts - 1)
-            for cells, first, parts, span in zip(grid.shape, self._first, self.shape, spans, strict=True)
+            np.arange(cells, dtype=np.int64) * parts // cells for cells, parts in zip(spans, self.shape, strict=True)
         )
         self.across: IndexArray = across * self.shape[1]
         self.along: IndexArray = along
-        corner = np.array(self._first, dtype=np.float64) * grid.cell_m
-        self.corner_en_m: FloatArray = corner + np.array((grid.west_m, grid.south_m))
+        self.corner_en_m: FloatArray = np.array((grid.west_m, grid.south_m))
 
     def middle_cells(self) -> tuple[IndexArray, IndexArray]:
         """Columns and rows of the cells in the middle of the patches: (patches across,) and (patches along,) int64."""
         columns, rows = (
-            first + (2 * np.arange(parts) + 1) * span // (2 * parts)
-            for first, span, parts in zip(self._first, self._spans, self.shape, strict=True)
+            (2 * np.arange(parts) + 1) * cells // (2 * parts)
+            for cells, parts in zip(self.grid.shape, self.shape, strict=True)
         )
         return columns, rows
 
@@ -87,11 +81,8 @@ class PatchDivision:
         """Columns and rows of a patch."""
         across, along = divmod(number, self.shape[1])
         return tuple(  # type: ignore[return-value]
-            slice(
-                first + -(-place * span // parts),
-                first + -(-(place + 1) * span // parts),
-            )
-            for first, span, parts, place in zip(self._first, self._spans, self.shape, (across, along), strict=True)
+            slice(-(-place * cells // parts), -(-(place + 1) * cells // parts))
+            for cells, parts, place in zip(self.grid.shape, self.shape, (across, along), strict=True)
         )
 
 

@@ -81,7 +81,7 @@ class TeamLanes:
     Parameters
     ----------
     situation
-        The first one: its map's grid and area are divided into blocks.
+        The first one: its map's grid is divided into blocks.
     home_en_m
         Where vehicles return to; None when they need not.
     """
@@ -89,12 +89,11 @@ class TeamLanes:
     def __init__(self, situation: Situation, home_en_m: EastNorth | None, params: LanesParams) -> None:
         self._params, self._home_en_m, self._range_m = params, home_en_m, situation.range_m
         grid = situation.team_map.grid
-        self._division = PatchDivision(grid, situation.area_cells, params.block * situation.range_m, MOST_BLOCKS)
+        self._division = PatchDivision(grid, params.block * situation.range_m, MOST_BLOCKS)
         self._unseen = UnseenPatches(self._division)
         self._block_m = np.array(self._division.size_cells) * grid.cell_m
         self._range_blocks = situation.range_m / float(self._block_m.mean())
         self._sight = sight_of(params.sight * self._range_blocks, self._division.shape)
-        self._area_blocks = float(situation.area_cells.sum()) / math.prod(self._division.size_cells)
         self._middle_cells = self._division.middle_cells()
         self._looked_from: dict[int, FloatArray] = {}
         self._flown: tuple[int, ...] = ()
@@ -136,11 +135,12 @@ class TeamLanes:
         flown = {mate.index: mate.lanes.flown for mate in mates if mate.lanes is not None}
         flown[situation.index] = self._flown
         ways = self._ways(indices, starts, latest, flown)
+        area_blocks = np.count_nonzero(situation.area_cells) / math.prod(self._division.size_cells)
         number = min(1 + (latest.number if latest else 0), LAST_NUMBER)
         trials, hot, cool = self._annealing(number, len(indices))
         costs = LaneCosts(
             0.0 if self._home_en_m is None else 1.0, params.unseen / scale, params.dearer,
-            params.allowed * self._area_blocks, params.begins_ahead * scale, steepness,
+            params.allowed * area_blocks, params.begins_ahead * scale, steepness,
         )  # fmt: skip
         mend_lanes(
             ways, self._sight, self._unseen.by_place() / math.prod(self._division.size_cells), costs,

@@ -140,7 +140,7 @@ class TourExplorer:
     def ask(self, situation: Situation) -> Decision:
         if self._division is None or self._unseen is None:
             width_m = self._params.patch_width * self._range_m
-            self._division = PatchDivision(situation.team_map.grid, situation.area_cells, width_m)
+            self._division = PatchDivision(situation.team_map.grid, width_m)
             self._unseen = UnseenPatches(self._division)
         self._unseen.follow(situation.team_map, situation.area_cells)
         if self._waypoint is not None and self._patch is not None and self._unseen.unseen_in(self._patch):
