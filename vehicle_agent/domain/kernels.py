@@ -54,7 +54,8 @@ def warm_up() -> None:
     sight = sight_of(2.0, (4, 4))
     look_around(sight, np.ones((1, 2)), 1)
     ways = Ways(np.ones((2, 4, 2)), np.ones(2, dtype=np.int64), np.ones((2, 2)))
-    mend_lanes(ways, sight, elevation, LaneCosts(1.0, 1.0, 1.0, 1.0, 1.0, elevation), 1, 1.0, 0.5, np.random.default_rng(1))
+    costs = LaneCosts(1.0, 1.0, 1.0, 1.0, 1.0, elevation)
+    mend_lanes(ways, sight, elevation, costs, 1, 1.0, 0.5, np.random.default_rng(1))
 
 
 if __name__ == "__main__":
