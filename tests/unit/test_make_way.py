@@ -8,18 +8,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sim_bridge.world import World
 from tests.fakes.map_missions import map_plan
 from tests.fakes.town_missions import town_plan
+from tests.fakes.town_navigators import OVER_THE_STREET, navigator_over_a_street
 from vehicle_agent.behaviour.depth_navigator import DepthNavigator
 from vehicle_agent.behaviour.guide import Surroundings
-from vehicle_agent.behaviour.outfit import outfit
-from vehicle_agent.behaviour.town_navigator import TownNavigator
-from vehicle_agent.behaviour.voxel_share import VoxelShare
 from vehicle_agent.domain.frames import Point
 from vehicle_agent.domain.segments import segment_distance_m
 from vehicle_agent.planning.constraints import Reservation
-from vehicle_agent.ports import SensorScan, VehicleState
+from vehicle_agent.ports import VehicleState
 from vehicle_agent.survey_agent import SurveyAgent
 
 
@@ -34,15 +31,8 @@ def away_m(place: Point, leg: Reservation) -> float:
 
 
 def test_over_a_street_a_vehicle_makes_way_and_goes_on_when_its_teammate_is_down() -> None:
-    plan = town_plan()
-    shared, navigator = outfit(plan, 0, np.random.default_rng(0))
-    assert isinstance(shared, VoxelShare)
-    assert isinstance(navigator, TownNavigator)
-    town = World.of(plan).town
-    assert town is not None
-    here: Point = (10.0, 4.5, 12.5)
-    for stamp_ms, place in enumerate(((4.5, 4.5, 12.5), here, (15.5, 4.5, 12.5))):
-        shared.take_scan(SensorScan(town.scan(place, 10.0, stamp_ms + 1)))
+    navigator, here = navigator_over_a_street(), OVER_THE_STREET
+    separation_m = town_plan().mission.safety.separation_m
     column = Reservation((10.0, 4.0, 18.0), (10.0, 4.0, 0.0), 1, has_way=True)
     now_s = 1.0
     for _ in range(20):
@@ -51,10 +41,10 @@ def test_over_a_street_a_vehicle_makes_way_and_goes_on_when_its_teammate_is_down
         if isinstance(target, tuple):
             here = target
         now_s += 3.0
-        if away_m(here, column) >= plan.mission.safety.separation_m:
+        if away_m(here, column) >= separation_m:
             break
     assert "makes way for copter-1" in navigator.why
-    assert away_m(here, column) >= plan.mission.safety.separation_m
+    assert away_m(here, column) >= separation_m
     for _ in range(20):
         navigator.work(surroundings(here, now_s, ()))
         now_s += 3.0

@@ -133,14 +133,17 @@ def test_what_is_nearly_all_seen_is_led_to() -> None:
     assert np.hypot(*(bends - (150.0, 40.0)).T).min() < 4.0
 
 
-def test_ways_keep_off_steep_ground_while_level_ground_shows_as_much() -> None:
-    steep = np.ones(SHAPE)
-    steep[:, :8] = 3.0
-    unseen = np.zeros(SHAPE)
-    unseen[16:, 7:9] = 1.0
-    ways = ways_from(np.array([[1.0, 7.5]]))
-    costs = COSTS._replace(steepness=steep)
-    mend_lanes(ways, sight_of(4.0, SHAPE), unseen, costs, 20_000, 0.5, 0.01, np.random.default_rng(2))
-    bends = ways.bends[0, 1 : ways.counts[0]]
-    assert len(bends) > 0
-    assert (bends[:, 1] > 7.4).all()
+@pytest.mark.parametrize("seed", range(3))
+def test_a_way_leads_round_steep_ground(seed: int) -> None:
+    level, steep, unseen = np.ones(SHAPE), np.ones(SHAPE), np.zeros(SHAPE)
+    steep[5:14, :11] = 6.0
+    unseen[18, 7] = 40.0
+    heights = []
+    for ground in (level, steep):
+        ways = ways_from(np.array([[1.0, 7.0]]))
+        costs = COSTS._replace(steepness=ground)
+        mend_lanes(ways, sight_of(4.0, SHAPE), unseen, costs, 20_000, 0.5, 0.01, np.random.default_rng(seed))
+        bends = ways.bends[0, : ways.counts[0]]
+        heights.append(np.interp(9.5, bends[:, 0], bends[:, 1]))
+    assert heights[0] < 9.0
+    assert heights[1] > 10.0

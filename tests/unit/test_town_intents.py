@@ -9,32 +9,17 @@ import pytest
 
 from sim_bridge.world import World
 from tests.fakes.town_missions import town_plan
+from tests.fakes.town_navigators import OVER_THE_STREET, navigator_over_a_street
 from vehicle_agent.behaviour.guide import Surroundings
 from vehicle_agent.behaviour.intent import Whereabouts
-from vehicle_agent.behaviour.outfit import outfit
-from vehicle_agent.behaviour.town_navigator import TownNavigator
-from vehicle_agent.behaviour.voxel_share import VoxelShare
 from vehicle_agent.domain.frames import Point
 from vehicle_agent.planning.constraints import Reservation
 from vehicle_agent.planning.interface import Finished, Teammate
 from vehicle_agent.ports import SensorScan, VehicleState
 
-HERE: Point = (10.0, 4.5, 12.5)
+HERE = OVER_THE_STREET
 BESIDE: Point = (20.0, 4.5, 12.5)
 BEGAN_S = 100.0
-
-
-def navigator_over_a_street() -> TownNavigator:
-    """A vehicle that has looked around and knows where to look next."""
-    plan = town_plan()
-    shared, navigator = outfit(plan, 0, np.random.default_rng(0))
-    assert isinstance(shared, VoxelShare)
-    assert isinstance(navigator, TownNavigator)
-    town = World.of(plan).town
-    assert town is not None
-    for stamp_ms, place in enumerate(((4.5, 4.5, 12.5), HERE, (15.5, 4.5, 12.5))):
-        shared.take_scan(SensorScan(town.scan(place, 10.0, stamp_ms + 1)))
-    return navigator
 
 
 def around(now_s: float, here: Point = HERE, *mates: Whereabouts, legs: tuple[Reservation, ...] = ()) -> Surroundings:

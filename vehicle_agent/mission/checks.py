@@ -138,7 +138,7 @@ def check_task(plan: MissionPlan) -> None:
 def _check_town_task(plan: MissionPlan) -> None:
     """Refuse planners and keys that are for maps of elevations only."""
     task = plan.mission.task
-    if isinstance(task, ExploreTask) and task.planner not in (None, "tours"):
+    if isinstance(task, ExploreTask) and task.planner != "tours":
         raise MissionError(
             f"{plan.source}: task.planner: towns can be explored by planner 'tours' only; choose it, or leave out "
             "area.up_m"
