@@ -7,9 +7,9 @@ from typing import Literal
 import numpy as np
 
 from missions.bench.coverage_run import MARGIN_M, CoverageTeam
+from vehicle_agent.domain.clearance import ground_heights
 from vehicle_agent.domain.frames import FloatArray
 from vehicle_agent.domain.grid import Grid
-from vehicle_agent.domain.paths import ground_heights
 from vehicle_agent.planning.cvt import ApproximateSurface, TessellationParams, tessellate
 
 Start = Literal["cvt", "random", "corner"]

@@ -15,10 +15,11 @@ import numpy as np
 
 from vehicle_agent.behaviour.goal_claim import told_lanes
 from vehicle_agent.behaviour.units import to_centimetres
+from vehicle_agent.domain.clearance import leg_clearances
 from vehicle_agent.domain.elevation import CellObservations, ElevationMap
-from vehicle_agent.domain.frames import FloatArray, Point
+from vehicle_agent.domain.frames import FloatArray, Point, as_array
 from vehicle_agent.domain.grid import Grid
-from vehicle_agent.domain.paths import as_array, assumed_surface, leg_clearances
+from vehicle_agent.domain.paths import assumed_surface
 from vehicle_agent.domain.polygon import BoolArray
 from vehicle_agent.domain.sensing import visible_surface
 from vehicle_agent.domain.shadows import guess_hidden_ground

@@ -75,8 +75,10 @@ def test_admissible_ends_keep_every_constraint(flight: tuple[Constraints, Point,
     constraints, start, rng = flight
     directions = rng.standard_normal((40, 3))
     ends = np.array(start) + rng.uniform(1.0, 90.0, (40, 1)) * directions / np.linalg.norm(directions, axis=1)[:, None]
-    for end in ends[constraints.admissible(start, ends)]:
+    admissible = constraints.admissible(start, ends)
+    for end in ends[admissible]:
         assert_keeps(constraints, start, (float(end[0]), float(end[1]), float(end[2])))
+    assert [constraints.allows(start, (float(e), float(n), float(u))) for e, n, u in ends] == admissible.tolist()
 
 
 @given(flights())

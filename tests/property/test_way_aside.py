@@ -8,9 +8,8 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vehicle_agent.domain.frames import Point
+from vehicle_agent.domain.frames import Point, as_array
 from vehicle_agent.domain.grid import Grid
-from vehicle_agent.domain.paths import as_array
 from vehicle_agent.domain.segments import segment_distance_m
 from vehicle_agent.planning.constraints import Constraints, Reservation
 from vehicle_agent.planning.way_aside import way_aside

@@ -31,6 +31,11 @@ def test_fit_stops_at_the_reach() -> None:
     assert end == pytest.approx((80.0, 50.0, 30.0))
 
 
+def test_fit_of_three_legs_in_a_line_goes_three_times_as_far() -> None:
+    end = over(level(), reach_m=20.0).fit((20.0, 50.0, 30.0), (190.0, 50.0), 3)
+    assert end == pytest.approx((80.0, 50.0, 30.0))
+
+
 def test_fit_flies_higher_over_a_ridge_in_between() -> None:
     surface = level()
     surface[7, :] = 20.0

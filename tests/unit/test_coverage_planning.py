@@ -12,10 +12,10 @@ from missions.bench.coverage_run import CoverageRun, CoverageTeam, cover
 from missions.bench.coverage_starts import STARTS, Start, draw_start
 from missions.bench.hills import HillsParams, draw_hills
 from missions.bench.informed import AscentParams, informed_optimum
+from vehicle_agent.domain.clearance import ground_heights
 from vehicle_agent.domain.elevation import CellObservations, ElevationMap
 from vehicle_agent.domain.frames import FloatArray
 from vehicle_agent.domain.grid import Grid
-from vehicle_agent.domain.paths import ground_heights
 from vehicle_agent.domain.sensing import view
 from vehicle_agent.planning.cao import CaoParams
 from vehicle_agent.planning.constraints import Constraints

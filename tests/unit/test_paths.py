@@ -11,7 +11,8 @@ from scipy.ndimage import map_coordinates
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import dijkstra
 
-from vehicle_agent.domain.paths import assumed_surface, leg_clearances, trace_way, travel_distances
+from vehicle_agent.domain.clearance import leg_clearances
+from vehicle_agent.domain.paths import assumed_surface, trace_way, travel_distances
 
 CELL_M = 20.0
 

@@ -14,8 +14,7 @@ from dataclasses import dataclass
 
 from vehicle_agent.behaviour.leg import Leg
 from vehicle_agent.behaviour.preflight import take_off_height_m
-from vehicle_agent.domain.frames import Point
-from vehicle_agent.domain.paths import as_array
+from vehicle_agent.domain.frames import Point, as_array
 from vehicle_agent.domain.segments import segment_distance_m
 from vehicle_agent.mission.load import MissionPlan
 from vehicle_agent.planning.constraints import STRETCH

@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from vehicle_agent.domain.frames import Point
-from vehicle_agent.domain.paths import as_array
+from vehicle_agent.domain.frames import Point, as_array
 from vehicle_agent.domain.segments import segment_distance_m
 from vehicle_agent.ports import VehicleState
 

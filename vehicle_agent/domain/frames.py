@@ -23,6 +23,11 @@ FLATTENING = 1.0 / 298.257_223_563
 """WGS 84 flattening (EPSG:7030)."""
 
 
+def as_array(point: Point) -> FloatArray:
+    """(3,) float64 of a point."""
+    return np.array(point, dtype=np.float64)
+
+
 @dataclass(frozen=True, slots=True)
 class Geodetic:
     """A position on the WGS 84 ellipsoid with its altitude above mean sea level."""

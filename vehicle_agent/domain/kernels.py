@@ -7,17 +7,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from vehicle_agent.domain.clearance import clear_legs, ground_heights, leg_clearances
+from vehicle_agent.domain.fitted_legs import is_clear, lowest_clear_end, lowest_clear_height
 from vehicle_agent.domain.lane_sight import look_around, sight_of
 from vehicle_agent.domain.lane_trials import Ways
 from vehicle_agent.domain.patch_sums import sum_unseen, take_off
-from vehicle_agent.domain.paths import (
-    assumed_surface,
-    clear_legs,
-    ground_heights,
-    leg_clearances,
-    nearest_known_cell,
-    travel_distances,
-)
+from vehicle_agent.domain.paths import assumed_surface, nearest_known_cell, travel_distances
 from vehicle_agent.domain.polynomials import cubic_monomials
 from vehicle_agent.domain.segments import come_too_near, segment_distance_m
 from vehicle_agent.domain.shared_lanes import LaneCosts, mend_lanes
@@ -36,6 +31,10 @@ def warm_up() -> None:
     ground_heights(elevation, 0.0, 0.0, 1.0, np.ones((2, 3)))
     clear_legs(elevation, 0.0, 0.0, 1.0, point, np.ones((2, 3)), 0.0, 1.0, 1.0, 1.0)
     come_too_near(point, np.ones((2, 3)), np.ones((2, 3)), np.ones((2, 3)), 1.0)
+    limits = (elevation, 0.0, 0.0, 1.0, 0.0, 1.0, 1.0, 1.0, np.ones((2, 1, 3)), 1.0)
+    is_clear(point, point, *limits)
+    lowest_clear_height(point, point[:2], 1.0, *limits)
+    lowest_clear_end(point, np.ones(2), 1.0, *limits)
     cubic_monomials(np.ones((2, 3)))
     seen_cells(elevation, point, 1.0, 2.0)
     mark_seen(elevation, np.ones((2, 3)), 1.0, 2.0)

@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field
-from itertools import chain
 from operator import attrgetter
 
 import numpy as np
 
-from vehicle_agent.domain.frames import FloatArray, Point
+from vehicle_agent.domain.clearance import clear_legs, ground_heights, leg_clearances
+from vehicle_agent.domain.fitted_legs import is_clear, lowest_clear_end, lowest_clear_height
+from vehicle_agent.domain.frames import FloatArray, Point, as_array
 from vehicle_agent.domain.grid import Grid
-from vehicle_agent.domain.paths import as_array, clear_legs, ground_heights, leg_clearances
 from vehicle_agent.domain.polygon import BoolArray
 from vehicle_agent.domain.segments import come_too_near, least_distance_m, segment_distance_m
 
-_HEIGHT_SHARES = np.linspace(0.0, 1.0, 17) ** 2
-"""Heights tried, as shares of the height band: closer together near the ground, where vehicles fly."""
-_SHORTENINGS = (1.0, 0.5, 0.25, 0.125)
 STRETCH = 1.5
 """How much longer a leg may be in space than over ground."""
 
@@ -117,6 +114,12 @@ class Constraints:
     reservations: tuple[Reservation, ...] = field(default=())
     stretch: float = STRETCH
     ceiling_m: float = math.inf
+    _rivals_enu_m: FloatArray = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        ends = attrgetter("start_enu_m", "end_enu_m")
+        legs = np.array([ends(reservation) for reservation in self.reservations], dtype=np.float64).reshape(-1, 2, 3)
+        object.__setattr__(self, "_rivals_enu_m", np.ascontiguousarray(legs.transpose(1, 0, 2)))
 
     def ground_m(self, east_m: float, north_m: float) -> float:
         """Surface height around a point, ENU z; NaN where no vehicle may be."""
@@ -137,61 +140,46 @@ class Constraints:
 
         A vehicle that is already too low or too near to a teammate may take legs that make it no worse.
         """
-        start, grid = as_array(start_enu_m), self.grid
+        start, ends = as_array(start_enu_m), np.ascontiguousarray(ends_enu_m, dtype=np.float64)
+        grid, longest_m = self.grid, self.stretch * self.reach_m
         clear: BoolArray = clear_legs(
-            self.surface_m,
-            grid.west_m,
-            grid.south_m,
-            grid.cell_m,
-            start,
-            np.ascontiguousarray(ends_enu_m, dtype=np.float64),
-            self.min_above_m,
-            self.max_above_m,
-            self.ceiling_m,
-            self.stretch * self.reach_m,
-        )
+            self.surface_m, grid.west_m, grid.south_m, grid.cell_m, start, ends,
+            self.min_above_m, self.max_above_m, self.ceiling_m, longest_m,
+        )  # fmt: skip
         if self.reservations and clear.any():
-            theirs = _as_rows(map(attrgetter("start_enu_m"), self.reservations), len(self.reservations))
-            there = _as_rows(map(attrgetter("end_enu_m"), self.reservations), len(self.reservations))
-            clear[clear] = ~come_too_near(start, ends_enu_m[clear], theirs, there, self.separation_m)
+            where, there = self._rivals_enu_m
+            clear[clear] = ~come_too_near(start, ends[clear], where, there, self.separation_m)
         return clear
 
-    def fit(self, start_enu_m: Point, end_en_m: tuple[float, float]) -> Point | None:
+    def allows(self, start_enu_m: Point, end_enu_m: Point) -> bool:
+        """Tell whether one leg is allowed, as `admissible` does for many."""
+        return is_clear(as_array(start_enu_m), as_array(end_enu_m), *self._limits())
+
+    def fit(self, start_enu_m: Point, end_en_m: tuple[float, float], legs: int = 1) -> Point | None:
         """The lowest admissible end over (or short of) a horizontal target within reach; None when there is none.
 
-        The target is approached as far as the constraints let one leg go; where even a short leg would be too low, a
-        climb on the spot.
+        The target is approached as far as the constraints let one leg go, or one that is flown in so many legs; where
+        even a short leg would be too low, a climb on the spot.
         """
-        east_m, north_m = end_en_m
-        away_m = math.hypot(east_m - start_enu_m[0], north_m - start_enu_m[1])
-        scale = min(1.0, self.reach_m / away_m) if away_m > 0 else 1.0
-        for shortening in _SHORTENINGS:
-            part = scale * shortening
-            choices = self._heights_over(
-                start_enu_m[0] + part * (east_m - start_enu_m[0]), start_enu_m[1] + part * (north_m - start_enu_m[1])
-            )
-            if choices is None:
-                continue
-            admissible = self.admissible(start_enu_m, choices)
-            if admissible.any():
-                return _point(choices[int(np.argmax(admissible))])
-        return None
+        start, goal = as_array(start_enu_m), np.array(end_en_m, dtype=np.float64)
+        end = lowest_clear_end(start, goal, legs * self.reach_m, *self._limits(legs))
+        return None if math.isnan(end[0]) else end
 
     def climb(self, start_enu_m: Point) -> Point | None:
         """A higher admissible point straight above; None when the height band ends here or the way up is taken."""
-        choices = self._heights_over(start_enu_m[0], start_enu_m[1])
-        if choices is None:
-            return None
-        choices = choices[choices[:, 2] > start_enu_m[2] + 0.25 * self.min_above_m]
-        admissible = self.admissible(start_enu_m, choices) if len(choices) else np.zeros(0, dtype=np.bool_)
-        return _point(choices[int(np.argmax(admissible))]) if admissible.any() else None
+        start, above_m = as_array(start_enu_m), start_enu_m[2] + 0.25 * self.min_above_m
+        height_m = lowest_clear_height(start, start[:2], above_m, *self._limits())
+        return None if math.isnan(height_m) else (start_enu_m[0], start_enu_m[1], height_m)
 
-    def _heights_over(self, east_m: float, north_m: float) -> FloatArray | None:
-        ground_m = self.ground_m(east_m, north_m)
-        if math.isnan(ground_m):
-            return None
-        heights = ground_m + self.min_above_m + _HEIGHT_SHARES * (self.max_above_m - self.min_above_m)
-        return np.column_stack((np.full(len(heights), east_m), np.full(len(heights), north_m), heights))
+    def _limits(
+        self, legs: int = 1
+    ) -> tuple[FloatArray, float, float, float, float, float, float, float, FloatArray, float]:
+        """What so many legs in a line must keep to, as kernels take it."""
+        grid, longest_m = self.grid, self.stretch * legs * self.reach_m
+        return (
+            self.surface_m, grid.west_m, grid.south_m, grid.cell_m,
+            self.min_above_m, self.max_above_m, self.ceiling_m, longest_m, self._rivals_enu_m, self.separation_m,
+        )  # fmt: skip
 
     def clearance_m(self, start_enu_m: Point, end_enu_m: Point) -> float:
         """Smallest height above the surface along a leg; NaN where it enters what is unknown or forbidden."""
@@ -214,12 +202,3 @@ class Constraints:
     def blocks(self, start_enu_m: Point, end_enu_m: Point, place_enu_m: Point) -> bool:
         """As `Traffic.blocks`."""
         return self.traffic.blocks(start_enu_m, end_enu_m, place_enu_m)
-
-
-def _as_rows(points: Iterable[Point], count: int) -> FloatArray:
-    """(count, 3) float64; faster as `np.array` of many small tuples."""
-    return np.fromiter(chain.from_iterable(points), np.float64, 3 * count).reshape(count, 3)
-
-
-def _point(row: FloatArray) -> Point:
-    return (float(row[0]), float(row[1]), float(row[2]))

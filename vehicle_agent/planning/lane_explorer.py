@@ -73,14 +73,23 @@ class LaneExplorer:
         self._lanes.adopt(situation)
         self._steps_left -= 1
         self._steps += 1
-        if self._waypoint is not None and self._steps_left > 0 and not self._leads_elsewhere(situation, self._lanes):
-            step = next_step(situation.position_enu_m, self._leg_end, situation.constraints)
-            if step is not None:
-                return dataclasses.replace(self._waypoint, position_enu_m=step)
+        step = self._fly_on(situation, self._lanes)
+        if step is not None:
+            return step
         self._waypoint = None
         if self._steps_left <= 0 and not self._mend(situation, self._lanes):
             return self._tours.ask(situation)
         return self._follow(situation, self._lanes)
+
+    def _fly_on(self, situation: Situation, lanes: TeamLanes) -> Waypoint | None:
+        """The next step of the present leg; None where it ends, or the way leads elsewhere by now."""
+        here, before = situation.position_enu_m, self._waypoint
+        if before is None or self._steps_left <= 0 or self._leads_elsewhere(here, lanes.first_bend_en_m):
+            return None
+        step = next_step(here, self._leg_end, situation.constraints)
+        if step is None:
+            return None
+        return Waypoint(step, before.why, before.goal_enu_m, before.goal_cost_m, before.route_enu_m, None, before.lanes)
 
     def _has_less_to_see(self, area_cells: BoolArray) -> bool:
         """Whether this is a part only of what there was to see: a plan for it would lead teammates there, too."""
@@ -97,33 +106,33 @@ class LaneExplorer:
             self._without_lanes |= before - ranges2_each < LEAST_PROGRESS * (self._steps - since)
             self._unseen_at = (self._steps, ranges2_each)
         if self._without_lanes or not 0.0 < ranges2_each < 1.5 * LONGEST_WAY:
-            lanes.plan = None
+            lanes.drop()
             return False
         holds = max(1, round(PLAN_HOLDS * situation.range_m / situation.constraints.reach_m))
         self._steps_left = holds
-        if lanes.plan is None:  # teammates mend the plan by turns
+        if not lanes.has_plan:  # teammates mend the plan by turns
             self._steps_left -= situation.index % holds
         if ranges2_each < LAST_GROUND:
             self._steps_left = 1
         lanes.mend(situation)
         return True
 
-    def _leads_elsewhere(self, situation: Situation, lanes: TeamLanes) -> bool:
+    def _leads_elsewhere(self, here_enu_m: Point, bend_en_m: EastNorth | None) -> bool:
         """Whether the own way turns off from the present leg: teammates mend it, too."""
-        bend = lanes.first_bend_en_m(situation.index)
-        if bend is None:
+        if bend_en_m is None:
             return True
-        east_m, north_m = situation.position_enu_m[:2]
-        ahead, now = (math.atan2(end[1] - north_m, end[0] - east_m) for end in (self._leg_end, bend))
-        return math.cos(now - ahead) < KEPT_HEADING
+        east_m, north_m = self._leg_end[0] - here_enu_m[0], self._leg_end[1] - here_enu_m[1]
+        to_bend_east_m, to_bend_north_m = bend_en_m[0] - here_enu_m[0], bend_en_m[1] - here_enu_m[1]
+        lengths_m2 = math.hypot(east_m, north_m) * math.hypot(to_bend_east_m, to_bend_north_m)
+        return east_m * to_bend_east_m + north_m * to_bend_north_m < KEPT_HEADING * lengths_m2
 
     def _follow(self, situation: Situation, lanes: TeamLanes) -> Decision:
         """The next leg of the own way; where none is left of it or it is barred, tours lead."""
         constraints, here = situation.constraints, situation.position_enu_m
-        bends = lanes.bends_en_m(situation.index)
+        bends = lanes.bends_en_m()
         while bends and math.dist(bends[0], here[:2]) < ARRIVED * constraints.reach_m:
             del bends[0]
-            lanes.reached_first(situation.index)
+            lanes.reached_first()
         end = self._leg(situation, bends) if bends else None
         if end is None:
             decision = self._tours.ask(situation)
@@ -142,5 +151,4 @@ class LaneExplorer:
         if away_m < constraints.reach_m and len(bends) > 1:
             target = beyond(target, bends[1], constraints.reach_m - away_m)
         steps = max(1, self._steps_left)
-        longer = constraints if steps == 1 else dataclasses.replace(constraints, reach_m=steps * constraints.reach_m)
-        return next_leg(here, target, longer)
+        return next_leg(here, target, constraints, steps)

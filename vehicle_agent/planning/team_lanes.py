@@ -96,26 +96,55 @@ class TeamLanes:
         self._sight = sight_of(params.sight * self._range_blocks, self._division.shape)
         self._middle_cells = self._division.middle_cells()
         self._looked_from: dict[int, FloatArray] = {}
+        self._part_m, self._corner_en_m = grid.cell_m / UNITS_PER_CELL, (grid.west_m, grid.south_m)
+        self._index = situation.index
+        self._latest: AnnouncedLanes | None = None
+        self._way: tuple[int, ...] = ()
         self._flown: tuple[int, ...] = ()
-        self.plan: AnnouncedLanes | None = None
+
+    @property
+    def plan(self) -> AnnouncedLanes | None:
+        """The plan as this vehicle tells it; None when it has none."""
+        return self._latest and dataclasses.replace(self._latest.with_way(self._index, self._way), flown=self._flown)
+
+    @property
+    def has_plan(self) -> bool:
+        return self._latest is not None
+
+    @property
+    def first_bend_en_m(self) -> EastNorth | None:
+        """The bend that the own way leads to next, ENU metres; None when it has none."""
+        if not self._way:
+            return None
+        part_m, (west_m, south_m) = self._part_m, self._corner_en_m
+        return west_m + part_m * self._way[0], south_m + part_m * self._way[1]
 
     def unseen_ranges2(self, situation: Situation) -> float:
         """How much is unseen, in squared sensing ranges."""
         self._unseen.follow(situation.team_map, situation.area_cells)
         return self._unseen.in_all() * self._division.grid.cell_m**2 / self._range_m**2
 
+    def drop(self) -> None:
+        """Forget the plan."""
+        self._take_over(None)
+
     def adopt(self, situation: Situation) -> None:
         """Take over the team's latest plan."""
-        if self.plan is None:
+        latest = self._latest
+        if latest is None:
             return
-        latest = self.plan
         for mate in situation.teammates:
             plan = mate.lanes
-            if plan is not None and (plan.number, plan.by) > (latest.number, latest.by):
+            if plan is not None and (
+                plan.number > latest.number or (plan.number == latest.number and plan.by > latest.by)
+            ):
                 latest = plan
-        if latest is not self.plan:
-            way = _not_flown(latest.way_of(situation.index), self._flown)
-            self.plan = dataclasses.replace(latest.with_way(situation.index, way), flown=self._flown)
+        if latest is not self._latest:
+            self._take_over(latest)
+
+    def _take_over(self, plan: AnnouncedLanes | None) -> None:
+        self._latest = plan
+        self._way = _not_flown(plan.way_of(self._index), self._flown) if plan else ()
 
     def mend(self, situation: Situation) -> None:
         """Drop what was flown from the latest plan and try changes to the rest."""
@@ -130,7 +159,7 @@ class TeamLanes:
         )
         self._sight.stretch[:] = np.maximum(steepness**2, LEAST_STRETCH)
         self._note_looks(indices, starts)
-        plans = [mate.lanes for mate in mates if mate.lanes is not None] + ([self.plan] if self.plan else [])
+        plans = [mate.lanes for mate in mates if mate.lanes is not None] + ([self._latest] if self._latest else [])
         latest = max(plans, key=lambda plan: (plan.number, plan.by), default=None)
         flown = {mate.index: mate.lanes.flown for mate in mates if mate.lanes is not None}
         flown[situation.index] = self._flown
@@ -147,7 +176,7 @@ class TeamLanes:
             trials, hot * scale, cool * scale, np.random.default_rng((number, situation.index)),
         )  # fmt: skip
         told = tuple(self._told(bends[1:count]) for bends, count in zip(ways.bends, ways.counts, strict=True))
-        self.plan = AnnouncedLanes(number, situation.index, indices, told, self._flown)
+        self._take_over(AnnouncedLanes(number, situation.index, indices, told, self._flown))
 
     def _annealing(self, number: int, vehicles: int) -> tuple[int, float, float]:
         """How many changes to try for a plan, and the heat at first and at last, in sensing ranges.
@@ -161,26 +190,14 @@ class TeamLanes:
         hot, cool = (params.first_hot * falls ** (part / vehicles) for part in (number - 1, number))
         return params.first_trials, hot, cool
 
-    def bends_en_m(self, index: int) -> list[EastNorth]:
-        """Bends of a vehicle's way, ENU metres."""
-        places = self._heard(self.plan.way_of(index) if self.plan else ())
-        return [(float(east_m), float(north_m)) for east_m, north_m in places]
+    def bends_en_m(self) -> list[EastNorth]:
+        """Bends of the own way, ENU metres."""
+        return [(float(east_m), float(north_m)) for east_m, north_m in self._heard(self._way)]
 
-    def first_bend_en_m(self, index: int) -> EastNorth | None:
-        """The bend that a vehicle's way leads to next, ENU metres; None when it has none."""
-        way = self.plan.way_of(index) if self.plan else ()
-        if not way:
-            return None
-        grid = self._division.grid
-        part_m = grid.cell_m / UNITS_PER_CELL
-        return grid.west_m + part_m * way[0], grid.south_m + part_m * way[1]
-
-    def reached_first(self, index: int) -> None:
+    def reached_first(self) -> None:
         """Take the first bend off the own way, and remember that it was flown."""
-        assert self.plan is not None
-        way = self.plan.way_of(index)
-        self._flown = (*self._flown[2 - 2 * FLOWN_TOLD :], *way[:2])
-        self.plan = dataclasses.replace(self.plan.with_way(index, way[2:]), flown=self._flown)
+        self._flown = (*self._flown[2 - 2 * FLOWN_TOLD :], *self._way[:2])
+        self._way = self._way[2:]
 
     def _ways(
         self, indices: tuple[int, ...], starts: FloatArray, latest: AnnouncedLanes | None,
@@ -213,15 +230,12 @@ class TeamLanes:
 
     def _heard(self, way: tuple[int, ...]) -> FloatArray:
         """Bends as told -> (N, 2) float64, ENU metres."""
-        grid = self._division.grid
-        told = np.array(way, dtype=np.float64).reshape(-1, 2)
-        return told * (grid.cell_m / UNITS_PER_CELL) + (grid.west_m, grid.south_m)
+        return np.array(way, dtype=np.float64).reshape(-1, 2) * self._part_m + self._corner_en_m
 
     def _told(self, bends: FloatArray) -> tuple[int, ...]:
         """Bends in blocks, (N, 2) float64 -> as told."""
-        grid = self._division.grid
         places_en_m = (bends + 0.5) * self._block_m + self._division.corner_en_m
-        told = np.rint((places_en_m - (grid.west_m, grid.south_m)) * (UNITS_PER_CELL / grid.cell_m))
+        told = np.rint((places_en_m - self._corner_en_m) / self._part_m)
         return tuple(told.astype(np.int64).ravel().tolist())
 
     def _to_blocks(self, places_en_m: FloatArray) -> FloatArray:
@@ -232,7 +246,7 @@ class TeamLanes:
 
 def _not_flown(way: tuple[int, ...], flown: tuple[int, ...]) -> tuple[int, ...]:
     """A way without the bends at its beginning that its vehicle has reached already."""
-    reached = set(zip(flown[::2], flown[1::2], strict=True))
+    reached = [flown[place : place + 2] for place in range(0, len(flown), 2)]
     while way[:2] in reached:
         way = way[2:]
     return way

@@ -180,15 +180,14 @@ class TourExplorer:
         steps_m = self._params.leg * self._range_m + self._part_of_a_step * constraints.reach_m
         steps = max(1, int(steps_m / constraints.reach_m + 1e-9))
         self._part_of_a_step = min(max(steps_m / constraints.reach_m - steps, 0.0), 0.99)
-        longer = constraints if steps == 1 else dataclasses.replace(constraints, reach_m=steps * constraints.reach_m)
         if away_m < constraints.reach_m and len(self._tour_en_m) > 1:
             target = beyond(target, self._tour_en_m[1], constraints.reach_m - away_m)
         bent = self._bent(situation, target)
         if bent is not None:
-            end = next_leg(here, bent, longer)
+            end = next_leg(here, bent, constraints, steps)
             if end is not None and math.dist(end[:2], here[:2]) > 0.25 * constraints.reach_m:
                 return end
-        return next_leg(here, target, longer)
+        return next_leg(here, target, constraints, steps)
 
     def _bent(self, situation: Situation, target: EastNorth) -> EastNorth | None:
         """A place beside the way to a target that is worth the detour; None when straight on is best."""

@@ -6,8 +6,9 @@ import math
 
 import numpy as np
 
-from vehicle_agent.domain.frames import FloatArray, Point
-from vehicle_agent.domain.paths import as_array, leg_clearances, nearest_known_cell, trace_way, travel_distances
+from vehicle_agent.domain.clearance import leg_clearances
+from vehicle_agent.domain.frames import FloatArray, Point, as_array
+from vehicle_agent.domain.paths import nearest_known_cell, trace_way, travel_distances
 from vehicle_agent.domain.polygon import BoolArray
 from vehicle_agent.planning.constraints import Constraints
 
@@ -24,14 +25,16 @@ LOOK_AHEAD = 3.0
 """A way is cut short towards its farthest point in sight within so many legs, so that legs keep their full length."""
 
 
-def next_leg(position_enu_m: Point, goal_en_m: tuple[float, float], constraints: Constraints) -> Point | None:
-    """End of the next admissible leg towards a goal; None when there is none now.
+def next_leg(
+    position_enu_m: Point, goal_en_m: tuple[float, float], constraints: Constraints, legs: int = 1
+) -> Point | None:
+    """End of the next admissible leg towards a goal, or of so many in a line; None when there is none now.
 
     Straight on where the whole line lies over known ground, else along the shortest way through known cells, cut
     short where the next straight leg would leave them. Where terrain stands in the way, a climb on the spot.
     """
-    for target in _targets(position_enu_m, goal_en_m, constraints):
-        end = constraints.fit(position_enu_m, target)
+    for target in _targets(position_enu_m, goal_en_m, constraints, legs):
+        end = constraints.fit(position_enu_m, target, legs)
         if end is not None:
             return end
     return constraints.climb(position_enu_m)
@@ -69,11 +72,11 @@ def next_step(position_enu_m: Point, leg_end_enu_m: Point, constraints: Constrai
     if math.dist(position_enu_m, leg_end_enu_m) < WHOLE_STEP * constraints.reach_m:
         return None
     step = along(position_enu_m, leg_end_enu_m, constraints.reach_m)
-    return step if constraints.admissible(position_enu_m, np.array([step]))[0] else None
+    return step if constraints.allows(position_enu_m, step) else None
 
 
 def _targets(
-    position_enu_m: Point, goal_en_m: tuple[float, float], constraints: Constraints
+    position_enu_m: Point, goal_en_m: tuple[float, float], constraints: Constraints, legs: int
 ) -> list[tuple[float, float]]:
     grid, surface_m = constraints.grid, constraints.surface_m
     inside = grid.cell_of(*position_enu_m[:2])
@@ -87,7 +90,8 @@ def _targets(
     cells, length = _shortest_way(surface_m, start, grid.cell_of(*goal_en_m))
     way = [grid.centre_of(*cell) for cell in cells]
     ahead = [point for point in way if math.dist(point, position_enu_m[:2]) > 0.5 * grid.cell_m]
-    within = [point for point in ahead if math.dist(point, position_enu_m[:2]) <= LOOK_AHEAD * constraints.reach_m]
+    look_m = LOOK_AHEAD * legs * constraints.reach_m
+    within = [point for point in ahead if math.dist(point, position_enu_m[:2]) <= look_m]
     seen = [point for point in within if _line_is_known(position_enu_m, point, constraints)]
     if seen or not ahead:
         return seen[:-4:-1]

@@ -7,8 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vehicle_agent.domain.frames import FloatArray, Point
-from vehicle_agent.domain.paths import as_array
+from vehicle_agent.domain.frames import FloatArray, Point, as_array
 from vehicle_agent.domain.segments import segment_distance_m
 from vehicle_agent.planning.constraints import Constraints, Reservation
 
