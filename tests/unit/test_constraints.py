@@ -36,6 +36,12 @@ def test_fit_of_three_legs_in_a_line_goes_three_times_as_far() -> None:
     assert end == pytest.approx((80.0, 50.0, 30.0))
 
 
+def test_a_climb_in_several_legs_goes_higher_than_one_may() -> None:
+    low = (50.0, 50.0, 5.0)  # 25 m below the height band
+    assert over(level(), reach_m=10.0).climb(low) is None
+    assert over(level(), reach_m=10.0).climb(low, 2) == pytest.approx((50.0, 50.0, 30.0))
+
+
 def test_fit_flies_higher_over_a_ridge_in_between() -> None:
     surface = level()
     surface[7, :] = 20.0

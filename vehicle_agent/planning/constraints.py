@@ -165,10 +165,13 @@ class Constraints:
         end = lowest_clear_end(start, goal, legs * self.reach_m, *self._limits(legs))
         return None if math.isnan(end[0]) else end
 
-    def climb(self, start_enu_m: Point) -> Point | None:
-        """A higher admissible point straight above; None when the height band ends here or the way up is taken."""
+    def climb(self, start_enu_m: Point, legs: int = 1) -> Point | None:
+        """A higher admissible point straight above, flown in so many legs.
+
+        None when the height band ends here or the way up is taken.
+        """
         start, above_m = as_array(start_enu_m), start_enu_m[2] + 0.25 * self.min_above_m
-        height_m = lowest_clear_height(start, start[:2], above_m, *self._limits())
+        height_m = lowest_clear_height(start, start[:2], above_m, *self._limits(legs))
         return None if math.isnan(height_m) else (start_enu_m[0], start_enu_m[1], height_m)
 
     def _limits(

@@ -37,7 +37,7 @@ def next_leg(
         end = constraints.fit(position_enu_m, target, legs)
         if end is not None:
             return end
-    return constraints.climb(position_enu_m)
+    return constraints.climb(position_enu_m, legs)
 
 
 def way_length_m(position_enu_m: Point, goal_en_m: tuple[float, float]) -> float:
