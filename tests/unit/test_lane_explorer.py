@@ -1,18 +1,20 @@
-"""Exploration by lanes and by tours when what there is to see changes: sectors and forbidden ground come and go."""
+"""Exploration by lanes and by tours when the plan or what there is to see changes."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from vehicle_agent.domain.elevation import ElevationMap
 from vehicle_agent.domain.grid import Grid
 from vehicle_agent.domain.polygon import BoolArray
-from vehicle_agent.planning.constraints import Constraints
-from vehicle_agent.planning.interface import Situation, Waypoint
+from vehicle_agent.planning.constraints import Constraints, Reservation
+from vehicle_agent.planning.interface import AnnouncedLanes, Situation, Teammate, Waypoint
 from vehicle_agent.planning.lane_explorer import LaneExplorer
-from vehicle_agent.planning.team_lanes import LanesParams
+from vehicle_agent.planning.team_lanes import LanesParams, TeamLanes
 from vehicle_agent.planning.tour_explorer import TourExplorer
 
 GRID = Grid(0.0, 0.0, 2.0, 50, 40)
@@ -46,3 +48,59 @@ def test_a_sector_is_no_part_of_the_plan_for_the_team() -> None:
     assert (before.lanes is None, alone.lanes is None, after.lanes is None) == (False, True, False)
     assert alone.goal_enu_m is not None
     assert SECTOR[GRID.cell_of(*alone.goal_enu_m[:2])]
+
+
+START_ENU_M = (50.0, 40.0, 3.0)
+
+
+def with_plan(number: int, *way: int) -> Situation:
+    """A vehicle in the middle of the area, whose teammate far away told a plan."""
+    plan = AnnouncedLanes(number, 1, (0, 1), (way, ()))
+    mate = Teammate(1, (95.0, 75.0, 5.0), None, 0.0, None, plan)
+    return replace(seen(WHOLE), position_enu_m=START_ENU_M, teammates=(mate,))
+
+
+def fly(situations: list[Situation]) -> list[Waypoint]:
+    """What a vehicle decides that tries no changes and is where it decided to be."""
+    lanes = LaneExplorer(None, TourExplorer(None, RANGE_M), LanesParams(first_trials=0, trials=0))
+    decisions: list[Waypoint] = []
+    for situation in situations:
+        here = decisions[-1].position_enu_m if decisions else START_ENU_M
+        decision = lanes.ask(replace(situation, position_enu_m=here))
+        assert isinstance(decision, Waypoint)
+        decisions.append(decision)
+    return decisions
+
+
+def test_steps_decided_on_are_flown_before_the_latest_plan_is() -> None:
+    eastward, northward = with_plan(10, 90, 40), with_plan(20, 50, 75)
+    steps = fly([eastward, northward, northward, northward])
+    assert [step.position_enu_m[:2] for step in steps[:3]] == [(54.0, 40.0), (58.0, 40.0), (62.0, 40.0)]
+    turned = steps[3].position_enu_m
+    assert (turned[0] - 62.0) / (turned[1] - 40.0) == pytest.approx((50.0 - 62.0) / (75.0 - 40.0))
+
+
+def test_steps_go_round_a_bend_and_it_is_told_as_flown() -> None:
+    steps = fly([with_plan(10, 58, 40, 58, 70)] * 3)
+    assert [step.position_enu_m[:2] for step in steps] == [(54.0, 40.0), (58.0, 40.0), (58.0, 44.0)]
+    told = [step.lanes for step in steps]
+    assert [lanes and lanes.flown for lanes in told] == [(), (), (58, 40)]
+    assert [lanes and lanes.way_of(0) for lanes in told] == [(58, 40, 58, 70)] * 2 + [(58, 70)]
+    assert [step.route_enu_m[0][:2] for step in steps] == [(58.0, 40.0)] * 2 + [(58.0, 70.0)]
+
+
+def test_a_step_decided_on_keeps_clear_of_who_came_in_its_way() -> None:
+    eastward = with_plan(10, 90, 40)
+    mate = Reservation((60.0, 40.0, 3.0), (60.0, 40.0, 3.0))
+    barred = replace(eastward, constraints=replace(CONSTRAINTS, separation_m=3.0, reservations=(mate,)))
+    flown, turned = fly([eastward, barred])
+    assert flown.position_enu_m == (54.0, 40.0, 3.0)
+    assert math.dist(turned.position_enu_m, mate.start_enu_m) >= 3.0
+
+
+def test_ground_that_is_too_large_for_lanes_is_measured_again_once_in_a_while(monkeypatch: pytest.MonkeyPatch) -> None:
+    measured = []
+    monkeypatch.setattr(TeamLanes, "unseen_ranges2", lambda *_: measured.append(True) or 1e6)
+    steps = fly([with_plan(10, 90, 40)] * 13)
+    assert len(measured) == 3
+    assert all(step.tour is not None for step in steps)

@@ -11,6 +11,7 @@ import pytest
 
 from vehicle_agent.domain.elevation import ElevationMap
 from vehicle_agent.domain.grid import Grid
+from vehicle_agent.planning import team_lanes
 from vehicle_agent.planning.constraints import Constraints
 from vehicle_agent.planning.interface import AnnouncedLanes, AnnouncedTour, Situation, Teammate
 from vehicle_agent.planning.team_lanes import LanesParams, TeamLanes
@@ -19,6 +20,7 @@ from vehicle_agent.wire import messages
 GRID = Grid(100.0, 200.0, 2.0, 50, 40)
 RANGE_M = 16.0
 FEW = LanesParams(first_trials=3_000, trials=300)
+AS_IT_IS = LanesParams(first_trials=0, trials=0)
 
 
 def situation(*teammates: Teammate, index: int = 0) -> Situation:
@@ -55,33 +57,51 @@ def test_the_plan_with_the_highest_number_counts() -> None:
     lanes = started(situation(mate(None)))
     assert lanes.plan is not None
     mine = lanes.plan
-    late = AnnouncedLanes(mine.number + 2, 1, (0, 1), ((40, 40), (80, 80)))
+    late = AnnouncedLanes(mine.number + 2, 1, (0, 1), ((40, 40), (80, 60)))
     early = AnnouncedLanes(mine.number - 1, 1, (0, 1), ((20, 20), (60, 60)))
-    lanes.adopt(situation(mate(early)))
-    assert lanes.plan == mine
-    lanes.adopt(situation(mate(early), mate(late, 2)))
-    assert lanes.plan.ways == late.ways
-    assert lanes.first_bend_en_m == (140.0, 240.0) == lanes.bends_en_m()[0]
+    other = TeamLanes(situation(mate(early), mate(late, 2)), None, AS_IT_IS)
+    other.mend(situation(mate(early), mate(late, 2)))
+    assert other.plan is not None
+    assert (other.plan.number, other.plan.by) == (late.number + 1, 0)
+    assert other.plan.ways[:2] == late.ways
+    assert (other.bends_left, other.bends_en_m(1)) == (1, [(140.0, 240.0)])
 
 
 def test_a_bend_that_was_flown_is_not_flown_again() -> None:
-    lanes = started(situation(mate(None)))
+    lanes = TeamLanes(situation(mate(None)), None, AS_IT_IS)
+    way = (40, 40, 80, 60)
+    stale = situation(mate(AnnouncedLanes(5, 1, (0, 1), (way, ()))))
+    lanes.mend(stale)
     assert lanes.plan is not None
-    way = lanes.plan.way_of(0)
-    lanes.reached_first()
+    assert not lanes.reach((137.0, 240.0, 5.0), 3.0)
+    assert lanes.plan.way_of(0) == way
+    assert lanes.reach((137.1, 240.0, 5.0), 3.0)
     assert lanes.plan.way_of(0) == way[2:]
-    stale = AnnouncedLanes(lanes.plan.number + 1, 1, (0, 1), (way, ()))
-    lanes.adopt(situation(mate(stale)))
+    lanes.mend(situation(mate(AnnouncedLanes(lanes.plan.number + 1, 1, (0, 1), (way, ())))))
     assert lanes.plan.way_of(0) == way[2:]
     assert lanes.plan.flown[-2:] == way[:2]
+
+
+def test_what_is_planned_for_a_teammate_begins_a_step_ahead_of_it() -> None:
+    told = AnnouncedLanes(5, 1, (0, 1), ((), (17, 5, 40, 5)))  # its first bend lies 7 m ahead of it
+    near, far = (
+        dataclasses.replace(mate(told), goal_enu_m=(117.0, 205.0, 5.0), position_enu_m=(east_m, 205.0, 5.0))
+        for east_m in (111.0, 110.0)
+    )
+    ways = []
+    for teammate in (near, far):
+        lanes = TeamLanes(situation(teammate), None, AS_IT_IS)
+        lanes.mend(situation(teammate))
+        assert lanes.plan is not None
+        ways.append(lanes.plan.way_of(1))
+    assert ways == [(40, 5), (17, 5, 40, 5)]
 
 
 def test_bends_that_a_teammate_reached_are_left_out_when_the_plan_is_mended() -> None:
     lanes = started(situation(mate(None)))
     assert lanes.plan is not None
     told = AnnouncedLanes(lanes.plan.number + 1, 1, (0, 1), ((), (40, 40, 120, 40)), (40, 40))
-    params = LanesParams(first_trials=0, trials=0)
-    other = TeamLanes(situation(mate(told)), None, params)
+    other = TeamLanes(situation(mate(told)), None, AS_IT_IS)
     other.unseen_ranges2(situation(mate(told)))
     other.mend(situation(mate(told)))
     assert other.plan is not None
@@ -93,11 +113,24 @@ def test_vehicles_that_see_differently_far_mean_the_same_places() -> None:
     mine = started(situation(mate(None)))
     assert mine.plan is not None
     now = dataclasses.replace(situation(mate(mine.plan, 0), index=1), range_m=0.4 * RANGE_M)
-    other = TeamLanes(now, None, LanesParams(first_trials=0, trials=0))
+    other = TeamLanes(now, None, AS_IT_IS)
     other.unseen_ranges2(now)
     other.mend(now)
     assert other.plan is not None
     assert other.plan.way_of(0) == mine.plan.way_of(0)
+
+
+@pytest.mark.parametrize(("teammates", "tried"), [(0, 60), (2, 60), (3, 45), (9, 18)])
+def test_the_team_shares_the_changes_that_are_tried(
+    monkeypatch: pytest.MonkeyPatch, teammates: int, tried: int
+) -> None:
+    trials = []
+    monkeypatch.setattr(team_lanes, "mend_lanes", lambda *arguments: trials.append(arguments[4]))
+    now = situation(*(mate(None, 1 + index) for index in range(teammates)))
+    lanes = TeamLanes(now, None, LanesParams(first_trials=60, trials=60, largest_team=3))
+    for _ in range(teammates + 2):
+        lanes.mend(now)
+    assert trials == [tried] * (teammates + 2)
 
 
 def test_a_teammate_that_flies_tours_has_no_way_in_the_plan() -> None:

@@ -21,6 +21,11 @@ def _squared_gap(aa: float, bb: float, ab: float, aw: float, bw: float, ww: floa
 
 
 @compiled
+def _apart(one: FloatArray, other: FloatArray) -> float:
+    return math.sqrt((one[0] - other[0]) ** 2 + (one[1] - other[1]) ** 2 + (one[2] - other[2]) ** 2)
+
+
+@compiled
 def segment_distance_m(a0: FloatArray, a1: FloatArray, b0: FloatArray, b1: FloatArray) -> float:
     """Smallest distance between two segments in space, metres; each argument (3,) float64.
 
@@ -80,8 +85,14 @@ def come_too_near(
     near = np.zeros(len(ends), dtype=np.bool_)
     longest = 0.0
     for index in range(len(ends)):
-        longest = max(longest, segment_distance_m(start, start, ends[index], ends[index]))
+        longest = max(longest, _apart(start, ends[index]))
     for rival in range(len(rival_starts)):
+        away = squared_leg = 0.0  # in scalars: most rivals are far away
+        for axis in range(3):
+            away += (rival_starts[rival, axis] - start[axis]) ** 2
+            squared_leg += (rival_ends[rival, axis] - rival_starts[rival, axis]) ** 2
+        if math.sqrt(away) > separation + longest + math.sqrt(squared_leg):
+            continue
         place, leg_end = rival_starts[rival], rival_ends[rival]
         to_leg = segment_distance_m(start, start, place, leg_end)
         if to_leg > separation + longest:  # nor is where it is any nearer than its leg

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Protocol
 
 from vehicle_agent.domain.elevation import ElevationMap
@@ -54,13 +54,6 @@ class AnnouncedLanes:
     def way_of(self, index: int) -> tuple[int, ...]:
         """The way of a vehicle, nothing when there is no plan for it."""
         return self.ways[self.vehicles.index(index)] if index in self.vehicles else ()
-
-    def with_way(self, index: int, way: tuple[int, ...]) -> AnnouncedLanes:
-        """The plan with another way for a vehicle; the same when there is none for it."""
-        if index not in self.vehicles:
-            return self
-        place = self.vehicles.index(index)
-        return replace(self, ways=(*self.ways[:place], way, *self.ways[place + 1 :]))
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,24 +16,25 @@ import numpy as np
 
 from vehicle_agent.domain.frames import Point
 from vehicle_agent.domain.polygon import BoolArray
+from vehicle_agent.planning.constraints import Constraints
 from vehicle_agent.planning.frontier_travel import bearing_word
 from vehicle_agent.planning.interface import Decision, Observation, Situation, Waypoint
 from vehicle_agent.planning.team_lanes import LanesParams, TeamLanes
 from vehicle_agent.planning.tour_explorer import TourExplorer
-from vehicle_agent.planning.travel import EastNorth, along, beyond, next_leg, next_step
+from vehicle_agent.planning.travel import WHOLE_STEP, EastNorth, beyond, next_leg
 
 PLAN_HOLDS = 0.75
 """A plan is followed for this many sensing ranges before it is mended again."""
 LONGEST_WAY = 60.0
 """Lanes are planned once what is unseen fits into ways of so many sensing ranges, each 1.5 ranges wide."""
-LAST_GROUND = 1.0
-"""With less unseen than this many squared sensing ranges for each vehicle the plan is mended at every step."""
+TOURS_HOLD = 6
+"""Ground that is too large for lanes is measured again after so many steps."""
 LEAST_PROGRESS, PROGRESS_OVER = 0.02, 6
 """Where over so many steps the team sees less than so many squared sensing ranges per vehicle and step, tours lead."""
+MOST_TOLD = 12
+"""Bends in the route that an operator sees."""
 ARRIVED = 0.6
 """A bend is reached within so many steps."""
-KEPT_HEADING = math.cos(0.4)
-"""A leg is flown on while the way leads on within so many radians of it (its cosine)."""
 
 
 class LaneExplorer:
@@ -53,11 +54,11 @@ class LaneExplorer:
         self._tours = tours
         self._lanes: TeamLanes | None = None
         self._waypoint: Waypoint | None = None
-        self._leg_end: Point = (0.0, 0.0, 0.0)
+        self._steps_ahead: list[Point] = []
         self._steps_left = 0
         self._steps = 0
         self._unseen_at: tuple[int, float] = (0, math.inf)
-        self._without_lanes = False
+        self._lanes_from = 0.0
         self._area: BoolArray | None = None
         self._area_cells = self._most_cells = 0
 
@@ -70,9 +71,10 @@ class LaneExplorer:
         if self._has_less_to_see(situation.area_cells):
             self._waypoint, self._steps_left = None, 0
             return self._tours.ask(situation)
-        self._lanes.adopt(situation)
-        self._steps_left -= 1
         self._steps += 1
+        if self._steps < self._lanes_from:
+            return self._tours.ask(situation)
+        self._steps_left -= 1
         step = self._fly_on(situation, self._lanes)
         if step is not None:
             return step
@@ -82,13 +84,16 @@ class LaneExplorer:
         return self._follow(situation, self._lanes)
 
     def _fly_on(self, situation: Situation, lanes: TeamLanes) -> Waypoint | None:
-        """The next step of the present leg; None where it ends, or the way leads elsewhere by now."""
-        here, before = situation.position_enu_m, self._waypoint
-        if before is None or self._steps_left <= 0 or self._leads_elsewhere(here, lanes.first_bend_en_m):
+        """The next of the steps decided on before; None where there is none, or it is barred by now."""
+        here, before, constraints = situation.position_enu_m, self._waypoint, situation.constraints
+        if before is None or self._steps_left <= 0 or not self._steps_ahead:
             return None
-        step = next_step(here, self._leg_end, situation.constraints)
-        if step is None:
+        reached = lanes.reach(here, ARRIVED * constraints.reach_m)
+        step = constraints.fit(here, self._steps_ahead.pop(0)[:2])
+        if step is None or math.dist(step, here) < WHOLE_STEP * constraints.reach_m:
             return None
+        if reached and lanes.bends_left:
+            return self._announce(situation, lanes, step)
         return Waypoint(step, before.why, before.goal_enu_m, before.goal_cost_m, before.route_enu_m, None, before.lanes)
 
     def _has_less_to_see(self, area_cells: BoolArray) -> bool:
@@ -103,52 +108,55 @@ class LaneExplorer:
         ranges2_each = lanes.unseen_ranges2(situation) / (1 + len(situation.teammates))
         since, before = self._unseen_at
         if self._steps - since >= PROGRESS_OVER:
-            self._without_lanes |= before - ranges2_each < LEAST_PROGRESS * (self._steps - since)
+            if before - ranges2_each < LEAST_PROGRESS * (self._steps - since):
+                self._lanes_from = math.inf
             self._unseen_at = (self._steps, ranges2_each)
-        if self._without_lanes or not 0.0 < ranges2_each < 1.5 * LONGEST_WAY:
+        if not 0.0 < ranges2_each < 1.5 * LONGEST_WAY:
+            self._lanes_from = max(self._lanes_from, self._steps + TOURS_HOLD)
+        if self._steps < self._lanes_from:
             lanes.drop()
             return False
         holds = max(1, round(PLAN_HOLDS * situation.range_m / situation.constraints.reach_m))
         self._steps_left = holds
         if not lanes.has_plan:  # teammates mend the plan by turns
             self._steps_left -= situation.index % holds
-        if ranges2_each < LAST_GROUND:
-            self._steps_left = 1
         lanes.mend(situation)
         return True
 
-    def _leads_elsewhere(self, here_enu_m: Point, bend_en_m: EastNorth | None) -> bool:
-        """Whether the own way turns off from the present leg: teammates mend it, too."""
-        if bend_en_m is None:
-            return True
-        east_m, north_m = self._leg_end[0] - here_enu_m[0], self._leg_end[1] - here_enu_m[1]
-        to_bend_east_m, to_bend_north_m = bend_en_m[0] - here_enu_m[0], bend_en_m[1] - here_enu_m[1]
-        lengths_m2 = math.hypot(east_m, north_m) * math.hypot(to_bend_east_m, to_bend_north_m)
-        return east_m * to_bend_east_m + north_m * to_bend_north_m < KEPT_HEADING * lengths_m2
-
     def _follow(self, situation: Situation, lanes: TeamLanes) -> Decision:
-        """The next leg of the own way; where none is left of it or it is barred, tours lead."""
+        """The next step of the own way; where none is left of it or it is barred, tours lead."""
         constraints, here = situation.constraints, situation.position_enu_m
-        bends = lanes.bends_en_m()
-        while bends and math.dist(bends[0], here[:2]) < ARRIVED * constraints.reach_m:
-            del bends[0]
-            lanes.reached_first()
-        end = self._leg(situation, bends) if bends else None
-        if end is None:
+        lanes.reach(here, ARRIVED * constraints.reach_m)
+        steps = _steps_along(here, lanes.bends_en_m(), max(1, self._steps_left), constraints)
+        if not steps:
             decision = self._tours.ask(situation)
             return dataclasses.replace(decision, lanes=lanes.plan) if isinstance(decision, Waypoint) else decision
-        self._leg_end = end
-        away_m = math.dist(bends[0], here[:2])
-        route = tuple((east_m, north_m, end[2]) for east_m, north_m in bends[:12])
-        why = f"lane {away_m:.0f} m {bearing_word(here[:2], bends[0])}, first of {len(bends)} in its way"
-        step = along(here, end, constraints.reach_m)
-        self._waypoint = Waypoint(step, why, route[0], away_m, route, None, lanes.plan)
+        self._steps_ahead = steps[1:]
+        return self._announce(situation, lanes, steps[0])
+
+    def _announce(self, situation: Situation, lanes: TeamLanes, step_enu_m: Point) -> Waypoint:
+        here, bends = situation.position_enu_m[:2], lanes.bends_en_m(MOST_TOLD)
+        away_m = math.dist(bends[0], here)
+        route = tuple((east_m, north_m, step_enu_m[2]) for east_m, north_m in bends)
+        why = f"lane {away_m:.0f} m {bearing_word(here, bends[0])}, first of {lanes.bends_left} in its way"
+        self._waypoint = Waypoint(step_enu_m, why, route[0], away_m, route, None, lanes.plan)
         return self._waypoint
 
-    def _leg(self, situation: Situation, bends: list[EastNorth]) -> Point | None:
-        constraints, here = situation.constraints, situation.position_enu_m
-        target, away_m = bends[0], math.dist(bends[0], here[:2])
-        if away_m < constraints.reach_m and len(bends) > 1:
-            target = beyond(target, bends[1], constraints.reach_m - away_m)
-        steps = max(1, self._steps_left)
-        return next_leg(here, target, constraints, steps)
+
+def _steps_along(start_enu_m: Point, bends_en_m: list[EastNorth], steps: int, constraints: Constraints) -> list[Point]:
+    """The ends of so many steps along a way; fewer where it ends or is barred."""
+    reach_m, place, bends = constraints.reach_m, start_enu_m, list(bends_en_m)
+    ends: list[Point] = []
+    while bends and len(ends) < steps:
+        away_m = math.dist(bends[0], place[:2])
+        if away_m < ARRIVED * reach_m:
+            del bends[0]
+            continue
+        round_bend = away_m < reach_m and len(bends) > 1
+        target = beyond(bends[0], bends[1], reach_m - away_m) if round_bend else bends[0]
+        end = next_leg(place, target, constraints)
+        if end is None:
+            break
+        ends.append(end)
+        place = end
+    return ends

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from dataclasses import dataclass
 
 import numpy as np
 
-from vehicle_agent.domain.frames import FloatArray
+from vehicle_agent.domain.frames import FloatArray, Point
 from vehicle_agent.domain.lane_sight import look_around, sight_of
 from vehicle_agent.domain.lane_trials import Ways
 from vehicle_agent.domain.shared_lanes import LaneCosts, mend_lanes
 from vehicle_agent.planning.interface import AnnouncedLanes, Situation
 from vehicle_agent.planning.patches import PatchDivision, UnseenPatches
 from vehicle_agent.planning.steep_ground import ground_steepness
-from vehicle_agent.planning.travel import EastNorth
+from vehicle_agent.planning.travel import EastNorth, along
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +31,8 @@ class LanesParams:
         Of one way.
     first_trials, trials
         Changes each vehicle tries at its first decision, and whenever it mends the plan later.
+    largest_team
+        Vehicles of a larger team try fewer, together as many as those of a team this large.
     first_hot, first_cool, hot, cool
         Heat of the annealing over all first decisions and later, in sensing ranges of way.
     unseen, dearer, allowed
@@ -50,6 +51,7 @@ class LanesParams:
     most_bends: int = 48
     first_trials: int = 50_000
     trials: int = 10_000
+    largest_team: int = 8
     first_hot: float = 0.125
     first_cool: float = 0.003
     hot: float = 0.0125
@@ -105,19 +107,29 @@ class TeamLanes:
     @property
     def plan(self) -> AnnouncedLanes | None:
         """The plan as this vehicle tells it; None when it has none."""
-        return self._latest and dataclasses.replace(self._latest.with_way(self._index, self._way), flown=self._flown)
+        latest, index = self._latest, self._index
+        if latest is None:
+            return None
+        own = zip(latest.vehicles, latest.ways, strict=True)
+        ways = tuple(self._way if vehicle == index else way for vehicle, way in own)
+        return AnnouncedLanes(latest.number, latest.by, latest.vehicles, ways, self._flown)
 
     @property
     def has_plan(self) -> bool:
         return self._latest is not None
 
     @property
-    def first_bend_en_m(self) -> EastNorth | None:
-        """The bend that the own way leads to next, ENU metres; None when it has none."""
-        if not self._way:
-            return None
+    def bends_left(self) -> int:
+        """Bends in the own way."""
+        return len(self._way) // 2
+
+    def bends_en_m(self, most: int | None = None) -> list[EastNorth]:
+        """The first bends of the own way, or all, ENU metres."""
         part_m, (west_m, south_m) = self._part_m, self._corner_en_m
-        return west_m + part_m * self._way[0], south_m + part_m * self._way[1]
+        way = self._way if most is None else self._way[: 2 * most]
+        return [
+            (west_m + part_m * east, south_m + part_m * north) for east, north in zip(way[::2], way[1::2], strict=True)
+        ]
 
     def unseen_ranges2(self, situation: Situation) -> float:
         """How much is unseen, in squared sensing ranges."""
@@ -128,20 +140,6 @@ class TeamLanes:
         """Forget the plan."""
         self._take_over(None)
 
-    def adopt(self, situation: Situation) -> None:
-        """Take over the team's latest plan."""
-        latest = self._latest
-        if latest is None:
-            return
-        for mate in situation.teammates:
-            plan = mate.lanes
-            if plan is not None and (
-                plan.number > latest.number or (plan.number == latest.number and plan.by > latest.by)
-            ):
-                latest = plan
-        if latest is not self._latest:
-            self._take_over(latest)
-
     def _take_over(self, plan: AnnouncedLanes | None) -> None:
         self._latest = plan
         self._way = _not_flown(plan.way_of(self._index), self._flown) if plan else ()
@@ -150,19 +148,22 @@ class TeamLanes:
         """Drop what was flown from the latest plan and try changes to the rest."""
         params, scale = self._params, self._range_blocks
         mates = [mate for mate in situation.teammates if mate.lanes is not None or mate.tour is None]
-        places = {mate.index: mate.position_enu_m[:2] for mate in mates}
-        places[situation.index] = situation.position_enu_m[:2]
+        places = {mate.index: mate.position_enu_m for mate in mates}
+        places[situation.index] = situation.position_enu_m
         indices = tuple(sorted(places))
-        starts = self._to_blocks(np.array([places[index] for index in indices]))
         steepness = ground_steepness(
             situation.constraints.surface_m, *self._middle_cells, self._block_m, situation.range_m
         )
         self._sight.stretch[:] = np.maximum(steepness**2, LEAST_STRETCH)
-        self._note_looks(indices, starts)
+        self._note_looks(indices, self._to_blocks(np.array([places[index][:2] for index in indices])))
         plans = [mate.lanes for mate in mates if mate.lanes is not None] + ([self._latest] if self._latest else [])
         latest = max(plans, key=lambda plan: (plan.number, plan.by), default=None)
         flown = {mate.index: mate.lanes.flown for mate in mates if mate.lanes is not None}
         flown[situation.index] = self._flown
+        # Teammates fly on as they decided before: what is planned for them anew begins a step ahead of them.
+        step_m = situation.constraints.reach_m
+        places |= {mate.index: along(mate.position_enu_m, mate.goal_enu_m, step_m) for mate in mates if mate.goal_enu_m}
+        starts = self._to_blocks(np.array([places[index][:2] for index in indices]))
         ways = self._ways(indices, starts, latest, flown)
         area_blocks = np.count_nonzero(situation.area_cells) / math.prod(self._division.size_cells)
         number = min(1 + (latest.number if latest else 0), LAST_NUMBER)
@@ -184,26 +185,30 @@ class TeamLanes:
         The first plan of each vehicle is a part of one long annealing.
         """
         params = self._params
+        share = min(1.0, params.largest_team / vehicles)
         if number > vehicles:
-            return params.trials, params.hot, params.cool
+            return round(share * params.trials), params.hot, params.cool
         falls = params.first_cool / params.first_hot
         hot, cool = (params.first_hot * falls ** (part / vehicles) for part in (number - 1, number))
-        return params.first_trials, hot, cool
+        return round(share * params.first_trials), hot, cool
 
-    def bends_en_m(self) -> list[EastNorth]:
-        """Bends of the own way, ENU metres."""
-        return [(float(east_m), float(north_m)) for east_m, north_m in self._heard(self._way)]
-
-    def reached_first(self) -> None:
-        """Take the first bend off the own way, and remember that it was flown."""
-        self._flown = (*self._flown[2 - 2 * FLOWN_TOLD :], *self._way[:2])
-        self._way = self._way[2:]
+    def reach(self, here_enu_m: Point, within_m: float) -> bool:
+        """Take bends as near as that off the own way, as flown; tell whether there were any."""
+        reached, (west_m, south_m) = False, self._corner_en_m
+        while self._way:
+            east_m, north_m = west_m + self._part_m * self._way[0], south_m + self._part_m * self._way[1]
+            if math.hypot(east_m - here_enu_m[0], north_m - here_enu_m[1]) >= within_m:
+                break
+            self._flown = (*self._flown[2 - 2 * FLOWN_TOLD :], *self._way[:2])
+            self._way = self._way[2:]
+            reached = True
+        return reached
 
     def _ways(
         self, indices: tuple[int, ...], starts: FloatArray, latest: AnnouncedLanes | None,
         flown: dict[int, tuple[int, ...]],
     ) -> Ways:  # fmt: skip
-        """The latest plan from where vehicles are now, in blocks."""
+        """The latest plan from where vehicles start, in blocks."""
         bends = np.zeros((len(indices), self._params.most_bends, 2))
         counts = np.ones(len(indices), dtype=np.int64)
         bends[:, 0] = starts
