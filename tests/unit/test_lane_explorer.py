@@ -14,7 +14,7 @@ from vehicle_agent.domain.polygon import BoolArray
 from vehicle_agent.planning.constraints import Constraints, Reservation
 from vehicle_agent.planning.interface import AnnouncedLanes, Situation, Teammate, Waypoint
 from vehicle_agent.planning.lane_explorer import LaneExplorer
-from vehicle_agent.planning.team_lanes import LanesParams, TeamLanes
+from vehicle_agent.planning.team_lanes import LanesParams
 from vehicle_agent.planning.tour_explorer import TourExplorer
 
 GRID = Grid(0.0, 0.0, 2.0, 50, 40)
@@ -98,9 +98,14 @@ def test_a_step_decided_on_keeps_clear_of_who_came_in_its_way() -> None:
     assert math.dist(turned.position_enu_m, mate.start_enu_m) >= 3.0
 
 
-def test_ground_that_is_too_large_for_lanes_is_measured_again_once_in_a_while(monkeypatch: pytest.MonkeyPatch) -> None:
-    measured = []
-    monkeypatch.setattr(TeamLanes, "unseen_ranges2", lambda *_: measured.append(True) or 1e6)
-    steps = fly([with_plan(10, 90, 40)] * 13)
-    assert len(measured) == 3
-    assert all(step.tour is not None for step in steps)
+@pytest.mark.parametrize(("columns", "by_tours"), [(91, True), (89, False)])
+def test_tours_lead_over_ground_that_is_too_large_for_lanes(columns: int, by_tours: bool) -> None:
+    grid = Grid(0.0, 0.0, 1.0, columns, 16)  # the range is a metre, and there are 16 vehicles
+    constraints = Constraints(grid, np.zeros(grid.shape), 0.2, 1.0, 0.25)
+    mates = tuple(Teammate(index, (0.5, 0.5, 0.5)) for index in range(1, 16))
+    area = np.ones(grid.shape, dtype=bool)
+    situation = Situation(0, (0.5, 0.5, 0.5), ElevationMap(grid), area, 1.0, constraints, mates)
+    params = LanesParams(first_trials=100, trials=0)
+    decision = LaneExplorer(None, TourExplorer(None, 1.0), params).ask(situation)
+    assert isinstance(decision, Waypoint)
+    assert (decision.lanes is None) == by_tours

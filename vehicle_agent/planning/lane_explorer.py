@@ -23,12 +23,10 @@ from vehicle_agent.planning.team_lanes import LanesParams, TeamLanes
 from vehicle_agent.planning.tour_explorer import TourExplorer
 from vehicle_agent.planning.travel import WHOLE_STEP, EastNorth, beyond, next_leg
 
-PLAN_HOLDS = 0.75
-"""A plan is followed for this many sensing ranges before it is mended again."""
-LONGEST_WAY = 60.0
-"""Lanes are planned once what is unseen fits into ways of so many sensing ranges, each 1.5 ranges wide."""
-TOURS_HOLD = 6
-"""Ground that is too large for lanes is measured again after so many steps."""
+PLAN_HOLDS, LARGE_TEAM, LARGE_TEAM_HOLDS = 0.75, 16, 1.0
+"""A plan is followed for so many sensing ranges before it is mended again; longer where so many others mend it, too."""
+MOST_EACH = 90.0
+"""Lanes are planned for at most so many squared sensing ranges of unseen ground for each vehicle."""
 LEAST_PROGRESS, PROGRESS_OVER = 0.02, 6
 """Where over so many steps the team sees less than so many squared sensing ranges per vehicle and step, tours lead."""
 MOST_TOLD = 12
@@ -58,7 +56,7 @@ class LaneExplorer:
         self._steps_left = 0
         self._steps = 0
         self._unseen_at: tuple[int, float] = (0, math.inf)
-        self._lanes_from = 0.0
+        self._without_lanes = False
         self._area: BoolArray | None = None
         self._area_cells = self._most_cells = 0
 
@@ -71,9 +69,9 @@ class LaneExplorer:
         if self._has_less_to_see(situation.area_cells):
             self._waypoint, self._steps_left = None, 0
             return self._tours.ask(situation)
-        self._steps += 1
-        if self._steps < self._lanes_from:
+        if self._without_lanes or self._is_too_large(situation):
             return self._tours.ask(situation)
+        self._steps += 1
         self._steps_left -= 1
         step = self._fly_on(situation, self._lanes)
         if step is not None:
@@ -103,20 +101,24 @@ class LaneExplorer:
             self._most_cells = max(self._most_cells, self._area_cells)
         return self._area_cells < self._most_cells
 
+    def _is_too_large(self, situation: Situation) -> bool:
+        """Whether even if all that was ever observed lay in the area, too much of it would be unseen for lanes."""
+        unseen_m2 = (self._area_cells - situation.team_map.observed_cells) * situation.team_map.grid.cell_m**2
+        return unseen_m2 > MOST_EACH * situation.range_m**2 * (1 + len(situation.teammates))
+
     def _mend(self, situation: Situation, lanes: TeamLanes) -> bool:
         """Make the plan better; False when the ground is not one for lanes."""
-        ranges2_each = lanes.unseen_ranges2(situation) / (1 + len(situation.teammates))
+        team = 1 + len(situation.teammates)
+        ranges2_each = lanes.unseen_ranges2(situation) / team
         since, before = self._unseen_at
         if self._steps - since >= PROGRESS_OVER:
-            if before - ranges2_each < LEAST_PROGRESS * (self._steps - since):
-                self._lanes_from = math.inf
+            self._without_lanes |= before - ranges2_each < LEAST_PROGRESS * (self._steps - since)
             self._unseen_at = (self._steps, ranges2_each)
-        if not 0.0 < ranges2_each < 1.5 * LONGEST_WAY:
-            self._lanes_from = max(self._lanes_from, self._steps + TOURS_HOLD)
-        if self._steps < self._lanes_from:
+        if self._without_lanes or not 0.0 < ranges2_each < MOST_EACH:
             lanes.drop()
             return False
-        holds = max(1, round(PLAN_HOLDS * situation.range_m / situation.constraints.reach_m))
+        holds_m = (PLAN_HOLDS if team < LARGE_TEAM else LARGE_TEAM_HOLDS) * situation.range_m
+        holds = max(1, round(holds_m / situation.constraints.reach_m))
         self._steps_left = holds
         if not lanes.has_plan:  # teammates mend the plan by turns
             self._steps_left -= situation.index % holds

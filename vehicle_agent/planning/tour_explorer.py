@@ -9,12 +9,12 @@ more unseen ground in passing.
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from dataclasses import dataclass
 
 import numpy as np
 
+from vehicle_agent.domain.elevation import UNOBSERVED_STAMP_MS
 from vehicle_agent.domain.frames import FloatArray, Point
 from vehicle_agent.domain.sweeps import unseen_beside
 from vehicle_agent.planning.frontier_travel import bearing_word
@@ -128,6 +128,7 @@ class TourExplorer:
         self._tour: AnnouncedTour | None = None
         self._tour_en_m: list[EastNorth] = []
         self._patch: int | None = None
+        self._farthest = (0, 0)
         self._waypoint: Waypoint | None = None
         self._part_of_a_step = 0.0
         self._leg_end: Point = (0.0, 0.0, 0.0)
@@ -143,12 +144,14 @@ class TourExplorer:
             width_m = self._params.patch_width * self._range_m
             self._division = PatchDivision(situation.team_map.grid, width_m)
             self._unseen = UnseenPatches(self._division)
-        self._unseen.follow(situation.team_map, situation.area_cells)
-        if self._waypoint is not None and self._patch is not None and self._unseen.unseen_in(self._patch):
+        before = self._waypoint
+        if before is not None and self._has_unseen(situation, self._unseen):
             step = next_step(situation.position_enu_m, self._leg_end, situation.constraints)
             if step is not None:
-                return dataclasses.replace(self._waypoint, position_enu_m=step)
+                goal, cost_m, told_enu_m = before.goal_enu_m, before.goal_cost_m, before.route_enu_m
+                return Waypoint(step, before.why, goal, cost_m, told_enu_m, before.tour)
         self._waypoint = None
+        self._unseen.follow(situation.team_map, situation.area_cells)
         if not self._share_out(situation, self._division, self._unseen):
             return Finished("nothing unseen is left within reach")
         assert self._patch is not None
@@ -173,6 +176,14 @@ class TourExplorer:
         first = along(here, end, situation.constraints.reach_m)
         self._waypoint = Waypoint(first, why, goal, away_m, tuple(route[:12]), self._tour)
         return self._waypoint
+
+    def _has_unseen(self, situation: Situation, unseen: UnseenPatches) -> bool:
+        """Whether anything of the patch is unseen yet: all is counted once its farthest cell was seen."""
+        first_stamp_ms = situation.team_map.first_stamp_ms[self._farthest]
+        if situation.area_cells[self._farthest] and first_stamp_ms == UNOBSERVED_STAMP_MS:
+            return True
+        unseen.follow(situation.team_map, situation.area_cells)
+        return self._patch is not None and unseen.unseen_in(self._patch) > 0
 
     def _leg(self, situation: Situation, target: EastNorth, away_m: float) -> Point | None:
         """End of the next leg towards a target, bent to where more unseen ground lies beside it."""
@@ -258,7 +269,8 @@ class TourExplorer:
         )
         grid = situation.team_map.grid
         points = grid.centres_of((across + columns.start) * grid.rows + along + rows.start)
-        first = _nearest(points, situation.position_enu_m)
+        first, last = _nearest(points, situation.position_enu_m), _farthest(points, situation.position_enu_m)
+        self._farthest = (int(across[last]) + columns.start, int(along[last]) + rows.start)
         nearest, stop = points[first], np.array(self._tour_en_m[0])
         square_cells = math.ceil(self._params.patch_width * self._range_m / grid.cell_m)
         if max(division.size_cells) > square_cells:
@@ -271,3 +283,7 @@ class TourExplorer:
 
 def _nearest(points_en_m: FloatArray, position_enu_m: Point) -> int:
     return int(np.argmin(np.hypot(*(points_en_m - np.array(position_enu_m[:2])).T)))
+
+
+def _farthest(points_en_m: FloatArray, position_enu_m: Point) -> int:
+    return int(np.argmax(np.hypot(*(points_en_m - np.array(position_enu_m[:2])).T)))
