@@ -127,7 +127,7 @@ def test_the_team_shares_the_changes_that_are_tried(
     trials = []
     monkeypatch.setattr(team_lanes, "mend_lanes", lambda *arguments: trials.append(arguments[4]))
     now = situation(*(mate(None, 1 + index) for index in range(teammates)))
-    lanes = TeamLanes(now, None, LanesParams(first_trials=60, trials=60, largest_team=3))
+    lanes = TeamLanes(now, None, LanesParams(first_trials=60, trials=60, large_team=3))
     for _ in range(teammates + 2):
         lanes.mend(now)
     assert trials == [tried] * (teammates + 2)

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import ParamSpec, TypeVar
+import hashlib
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import FunctionType
+from typing import Any, ParamSpec, TypeVar
 
-from numba import njit
+from numba import config, njit
+from numba.core.dispatcher import Dispatcher
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -16,5 +21,36 @@ def compiled(function: Callable[P, R]) -> Callable[P, R]:
 
     While it runs, other threads may: a heartbeat does not wait for a plan.
     """
-    kernel: Callable[P, R] = njit(cache=True, nogil=True)(function)
+    with _cached_by_what_it_calls(function):
+        kernel: Callable[P, R] = njit(cache=True, nogil=True)(function)
     return kernel
+
+
+@contextmanager
+def _cached_by_what_it_calls(function: Any) -> Iterator[None]:
+    """Lead numba's cache to a folder of its own for each version of the other files whose kernels a kernel calls.
+
+    Numba itself looks at the file of the kernel alone, and would go on with what other files held before.
+    """
+    others = _files_called(function, set()) - {function.__code__.co_filename}
+    if not others:
+        yield
+        return
+    stamps = sorted((path.name, path.stat().st_mtime_ns, path.stat().st_size) for path in map(Path, others))
+    version = hashlib.sha256(repr(stamps).encode()).hexdigest()[:16]
+    before = config.CACHE_DIR
+    config.CACHE_DIR = str(Path(before or Path(function.__code__.co_filename).parent / "__pycache__") / version)
+    try:
+        yield
+    finally:
+        config.CACHE_DIR = before
+
+
+def _files_called(function: FunctionType, known: set[str]) -> set[str]:
+    """The file of a kernel, and of all whose kernels it can call, added to those known."""
+    if function.__code__.co_filename not in known:
+        known.add(function.__code__.co_filename)
+        for value in list(function.__globals__.values()):
+            if isinstance(value, Dispatcher):
+                _files_called(value.py_func, known)
+    return known

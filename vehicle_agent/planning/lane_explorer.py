@@ -23,7 +23,7 @@ from vehicle_agent.planning.team_lanes import LanesParams, TeamLanes
 from vehicle_agent.planning.tour_explorer import TourExplorer
 from vehicle_agent.planning.travel import WHOLE_STEP, EastNorth, beyond, next_leg
 
-PLAN_HOLDS, LARGE_TEAM, LARGE_TEAM_HOLDS = 0.75, 16, 1.0
+PLAN_HOLDS, LARGE_TEAM_HOLDS = 0.75, 1.0
 """A plan is followed for so many sensing ranges before it is mended again; longer where so many others mend it, too."""
 MOST_EACH = 90.0
 """Lanes are planned for at most so many squared sensing ranges of unseen ground for each vehicle."""
@@ -117,7 +117,7 @@ class LaneExplorer:
         if self._without_lanes or not 0.0 < ranges2_each < MOST_EACH:
             lanes.drop()
             return False
-        holds_m = (PLAN_HOLDS if team < LARGE_TEAM else LARGE_TEAM_HOLDS) * situation.range_m
+        holds_m = (LARGE_TEAM_HOLDS if team > self._params.large_team else PLAN_HOLDS) * situation.range_m
         holds = max(1, round(holds_m / situation.constraints.reach_m))
         self._steps_left = holds
         if not lanes.has_plan:  # teammates mend the plan by turns

@@ -31,8 +31,8 @@ class LanesParams:
         Of one way.
     first_trials, trials
         Changes each vehicle tries at its first decision, and whenever it mends the plan later.
-    largest_team
-        Vehicles of a larger team try fewer, together as many as those of a team this large.
+    large_team
+        Vehicles of a larger team than this try fewer, together as many as those of such a team.
     first_hot, first_cool, hot, cool
         Heat of the annealing over all first decisions and later, in sensing ranges of way.
     unseen, dearer, allowed
@@ -51,7 +51,7 @@ class LanesParams:
     most_bends: int = 48
     first_trials: int = 50_000
     trials: int = 10_000
-    largest_team: int = 8
+    large_team: int = 8
     first_hot: float = 0.125
     first_cool: float = 0.003
     hot: float = 0.0125
@@ -185,7 +185,7 @@ class TeamLanes:
         The first plan of each vehicle is a part of one long annealing.
         """
         params = self._params
-        share = min(1.0, params.largest_team / vehicles)
+        share = min(1.0, params.large_team / vehicles)
         if number > vehicles:
             return round(share * params.trials), params.hot, params.cool
         falls = params.first_cool / params.first_hot
