@@ -89,6 +89,18 @@ def test_steps_go_round_a_bend_and_it_is_told_as_flown() -> None:
     assert [step.route_enu_m[0][:2] for step in steps] == [(58.0, 40.0)] * 2 + [(58.0, 70.0)]
 
 
+def test_a_step_that_was_not_flown_is_decided_on_again() -> None:
+    situation = with_plan(10, 58, 40, 58, 70)
+    lanes = LaneExplorer(None, TourExplorer(None, RANGE_M), LanesParams(first_trials=0, trials=0))
+    nearly_there = replace(situation, position_enu_m=(53.0, 40.0, 3.0))
+    first, second, again = (lanes.ask(asked) for asked in (situation, nearly_there, nearly_there))
+    assert isinstance(first, Waypoint)
+    assert isinstance(second, Waypoint)
+    assert isinstance(again, Waypoint)
+    assert first.position_enu_m[:2] == (54.0, 40.0)
+    assert again.position_enu_m[:2] == second.position_enu_m[:2] == (57.0, 40.0)
+
+
 def test_a_step_decided_on_keeps_clear_of_who_came_in_its_way() -> None:
     eastward = with_plan(10, 90, 40)
     mate = Reservation((60.0, 40.0, 3.0), (60.0, 40.0, 3.0))

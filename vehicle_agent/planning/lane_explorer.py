@@ -32,7 +32,7 @@ LEAST_PROGRESS, PROGRESS_OVER = 0.02, 6
 MOST_TOLD = 12
 """Bends in the route that an operator sees."""
 ARRIVED = 0.6
-"""A bend is reached within so many steps."""
+"""A bend, or the end of a step, is reached within so many steps."""
 
 
 class LaneExplorer:
@@ -84,10 +84,13 @@ class LaneExplorer:
     def _fly_on(self, situation: Situation, lanes: TeamLanes) -> Waypoint | None:
         """The next of the steps decided on before; None where there is none, or it is barred by now."""
         here, before, constraints = situation.position_enu_m, self._waypoint, situation.constraints
-        if before is None or self._steps_left <= 0 or not self._steps_ahead:
+        ahead, arrived_m = self._steps_ahead, ARRIVED * constraints.reach_m
+        while ahead and math.dist(ahead[0][:2], here[:2]) < arrived_m:  # one that was not flown is decided on again
+            del ahead[0]
+        if before is None or self._steps_left <= 0 or not ahead:
             return None
-        reached = lanes.reach(here, ARRIVED * constraints.reach_m)
-        step = constraints.fit(here, self._steps_ahead.pop(0)[:2])
+        reached = lanes.reach(here, arrived_m)
+        step = constraints.fit(here, ahead[0][:2])
         if step is None or math.dist(step, here) < WHOLE_STEP * constraints.reach_m:
             return None
         if reached and lanes.bends_left:
@@ -133,7 +136,7 @@ class LaneExplorer:
         if not steps:
             decision = self._tours.ask(situation)
             return dataclasses.replace(decision, lanes=lanes.plan) if isinstance(decision, Waypoint) else decision
-        self._steps_ahead = steps[1:]
+        self._steps_ahead = steps
         return self._announce(situation, lanes, steps[0])
 
     def _announce(self, situation: Situation, lanes: TeamLanes, step_enu_m: Point) -> Waypoint:
