@@ -110,14 +110,32 @@ def test_a_step_decided_on_keeps_clear_of_who_came_in_its_way() -> None:
     assert math.dist(turned.position_enu_m, mate.start_enu_m) >= 3.0
 
 
-@pytest.mark.parametrize(("columns", "by_tours"), [(91, True), (89, False)])
-def test_tours_lead_over_ground_that_is_too_large_for_lanes(columns: int, by_tours: bool) -> None:
-    grid = Grid(0.0, 0.0, 1.0, columns, 16)  # the range is a metre, and there are 16 vehicles
+def large_ground(columns: int) -> Situation:
+    """Sixteen vehicles with a range of a metre over a strip as many metres wide."""
+    grid = Grid(0.0, 0.0, 1.0, columns, 16)
     constraints = Constraints(grid, np.zeros(grid.shape), 0.2, 1.0, 0.25)
     mates = tuple(Teammate(index, (0.5, 0.5, 0.5)) for index in range(1, 16))
     area = np.ones(grid.shape, dtype=bool)
-    situation = Situation(0, (0.5, 0.5, 0.5), ElevationMap(grid), area, 1.0, constraints, mates)
+    return Situation(0, (0.5, 0.5, 0.5), ElevationMap(grid), area, 1.0, constraints, mates)
+
+
+@pytest.mark.parametrize(("columns", "by_tours"), [(91, True), (89, False)])
+def test_tours_lead_over_ground_that_is_too_large_for_lanes(columns: int, by_tours: bool) -> None:
     params = LanesParams(first_trials=100, trials=0)
-    decision = LaneExplorer(None, TourExplorer(None, 1.0), params).ask(situation)
+    decision = LaneExplorer(None, TourExplorer(None, 1.0), params).ask(large_ground(columns))
     assert isinstance(decision, Waypoint)
     assert (decision.lanes is None) == by_tours
+
+
+def test_steps_decided_on_before_tours_led_are_not_flown_after_it() -> None:
+    lanes = LaneExplorer(None, TourExplorer(None, 1.0), LanesParams(first_trials=100, trials=0))
+    together = large_ground(89)
+    alone = replace(together, teammates=())
+    before, by_tours, after = (lanes.ask(situation) for situation in (together, alone, together))
+    assert isinstance(before, Waypoint)
+    assert isinstance(by_tours, Waypoint)
+    assert isinstance(after, Waypoint)
+    assert before.lanes is not None
+    assert by_tours.lanes is None
+    assert after.lanes is not None
+    assert after.lanes.number == before.lanes.number + 1

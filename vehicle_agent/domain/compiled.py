@@ -30,7 +30,8 @@ def compiled(function: Callable[P, R]) -> Callable[P, R]:
 def _cached_by_what_it_calls(function: Any) -> Iterator[None]:
     """Lead numba's cache to a folder of its own for each version of the other files whose kernels a kernel calls.
 
-    Numba itself looks at the file of the kernel alone, and would go on with what other files held before.
+    Numba itself looks at the file of the kernel alone, and would go on with what other files held before. Where the
+    folder cannot be written, it does: packages that are installed there are put in place as a whole.
     """
     others = _files_called(function, set()) - {function.__code__.co_filename}
     if not others:
@@ -47,7 +48,7 @@ def _cached_by_what_it_calls(function: Any) -> Iterator[None]:
 
 
 def _files_called(function: FunctionType, known: set[str]) -> set[str]:
-    """The file of a kernel, and of all whose kernels it can call, added to those known."""
+    """The file of a kernel, and of all whose kernels its module and theirs import by name, added to those known."""
     if function.__code__.co_filename not in known:
         known.add(function.__code__.co_filename)
         for value in list(function.__globals__.values()):

@@ -66,10 +66,9 @@ class LaneExplorer:
     def ask(self, situation: Situation) -> Decision:
         if self._lanes is None:
             self._lanes = TeamLanes(situation, self._home_en_m, self._params)
-        if self._has_less_to_see(situation.area_cells):
+        has_less = self._has_less_to_see(situation.area_cells)
+        if has_less or self._without_lanes or self._is_too_large(situation):
             self._waypoint, self._steps_left = None, 0
-            return self._tours.ask(situation)
-        if self._without_lanes or self._is_too_large(situation):
             return self._tours.ask(situation)
         self._steps += 1
         self._steps_left -= 1
