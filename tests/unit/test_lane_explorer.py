@@ -110,32 +110,51 @@ def test_a_step_decided_on_keeps_clear_of_who_came_in_its_way() -> None:
     assert math.dist(turned.position_enu_m, mate.start_enu_m) >= 3.0
 
 
-def large_ground(columns: int) -> Situation:
-    """Sixteen vehicles with a range of a metre over a strip as many metres wide."""
-    grid = Grid(0.0, 0.0, 1.0, columns, 16)
-    constraints = Constraints(grid, np.zeros(grid.shape), 0.2, 1.0, 0.25)
-    mates = tuple(Teammate(index, (0.5, 0.5, 0.5)) for index in range(1, 16))
-    area = np.ones(grid.shape, dtype=bool)
-    return Situation(0, (0.5, 0.5, 0.5), ElevationMap(grid), area, 1.0, constraints, mates)
+def over(grid: Grid) -> Situation:
+    """Two vehicles with a range of four metres in a corner of level ground."""
+    constraints = Constraints(grid, np.zeros(grid.shape), 0.2, 4.0, 1.0)
+    mates = (Teammate(1, (3.0, 1.0, 0.5)),)
+    return Situation(0, (1.0, 1.0, 0.5), ElevationMap(grid), np.ones(grid.shape, dtype=bool), 4.0, constraints, mates)
 
 
-@pytest.mark.parametrize(("columns", "by_tours"), [(91, True), (89, False)])
-def test_tours_lead_over_ground_that_is_too_large_for_lanes(columns: int, by_tours: bool) -> None:
+@pytest.mark.parametrize(("cell_m", "by_tours"), [(2.0, False), (2.5, True)])
+def test_tours_lead_where_cells_are_too_wide_for_lanes(cell_m: float, by_tours: bool) -> None:
     params = LanesParams(first_trials=100, trials=0)
-    decision = LaneExplorer(None, TourExplorer(None, 1.0), params).ask(large_ground(columns))
+    decision = LaneExplorer(None, TourExplorer(None, 4.0), params).ask(over(Grid(0.0, 0.0, cell_m, 30, 30)))
     assert isinstance(decision, Waypoint)
     assert (decision.lanes is None) == by_tours
 
 
+def test_over_wide_ground_lanes_are_planned_for_what_is_near() -> None:
+    params = LanesParams(first_trials=20_000, trials=0)
+    decision = LaneExplorer(None, TourExplorer(None, 4.0), params).ask(over(Grid(0.0, 0.0, 1.0, 200, 200)))
+    assert isinstance(decision, Waypoint)
+    assert decision.lanes is not None
+    bends_m = np.array([bend for way in decision.lanes.ways for bend in way]) * 0.5
+    quarter_disc_m = math.sqrt(4.0 / math.pi * params.ground.window * 4.0**2 * 2)
+    assert 0.5 * quarter_disc_m < bends_m.max() < quarter_disc_m + 4.0
+
+
+def test_bends_beside_the_ground_are_led_to_its_edge() -> None:
+    lanes = LaneExplorer(None, TourExplorer(None, RANGE_M), LanesParams(first_trials=0, trials=0))
+    decision = lanes.ask(with_plan(10, 60_000, 40, 20, 65_535))
+    assert isinstance(decision, Waypoint)
+    assert decision.lanes is not None
+    half_block_m, (east_m, north_m) = 2.0, (GRID.columns * GRID.cell_m, GRID.rows * GRID.cell_m)
+    (first, second) = zip(decision.lanes.way_of(0)[::2], decision.lanes.way_of(0)[1::2], strict=True)
+    assert east_m - half_block_m <= first[0] < east_m
+    assert north_m - half_block_m <= second[1] < north_m
+    assert decision.position_enu_m[0] > START_ENU_M[0]
+
+
 def test_steps_decided_on_before_tours_led_are_not_flown_after_it() -> None:
-    lanes = LaneExplorer(None, TourExplorer(None, 1.0), LanesParams(first_trials=100, trials=0))
-    together = large_ground(89)
-    alone = replace(together, teammates=())
-    before, by_tours, after = (lanes.ask(situation) for situation in (together, alone, together))
-    assert isinstance(before, Waypoint)
+    steps = fly([with_plan(10, 90, 40)])
+    lanes = LaneExplorer(None, TourExplorer(None, RANGE_M), LanesParams(first_trials=0, trials=0))
+    whole, sector = with_plan(10, 90, 40), replace(with_plan(10, 90, 40), area_cells=SECTOR)
+    northward = with_plan(20, 50, 75)
+    before, by_tours, after = (lanes.ask(situation) for situation in (whole, sector, northward))
+    assert before == steps[0]
     assert isinstance(by_tours, Waypoint)
     assert isinstance(after, Waypoint)
-    assert before.lanes is not None
     assert by_tours.lanes is None
-    assert after.lanes is not None
-    assert after.lanes.number == before.lanes.number + 1
+    assert after.position_enu_m[:2] == (50.0, 44.0)

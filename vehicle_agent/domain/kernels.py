@@ -11,6 +11,7 @@ from vehicle_agent.domain.clearance import clear_legs, ground_heights, leg_clear
 from vehicle_agent.domain.fitted_legs import is_clear, lowest_clear_end, lowest_clear_height
 from vehicle_agent.domain.lane_sight import look_around, sight_of
 from vehicle_agent.domain.lane_trials import Ways
+from vehicle_agent.domain.lane_window import window_around
 from vehicle_agent.domain.patch_sums import sum_unseen, take_off
 from vehicle_agent.domain.paths import assumed_surface, nearest_known_cell, travel_distances
 from vehicle_agent.domain.polynomials import cubic_monomials
@@ -52,6 +53,7 @@ def warm_up() -> None:
     choose_stops(whole, known, none, none, no_patch, np.ones(1, dtype=np.bool_), whole.copy(), 2, 1.0, 1.0, 1.0)
     sight = sight_of(2.0, (4, 4))
     look_around(sight, np.ones((1, 2)), 1)
+    window_around(elevation + 1.0, np.ones((1, 2)), 1.0)
     ways = Ways(np.ones((2, 4, 2)), np.ones(2, dtype=np.int64), np.ones((2, 2)))
     costs = LaneCosts(1.0, 1.0, 1.0, 1.0, 1.0, elevation)
     mend_lanes(ways, sight, elevation, costs, 1, 1.0, 0.5, np.random.default_rng(1))

@@ -61,15 +61,14 @@ class _Kept(NamedTuple):
 
 @compiled
 def _flown(steepness: FloatArray, one: FloatArray, other: FloatArray) -> float:
-    """How long a lane is, steep ground counted for more."""
-    flat = apart(one, other)
+    """How long a lane is, steep ground counted for more; beside the blocks, ground is as steep as at their edge."""
+    flat, columns, rows = apart(one, other), steepness.shape[0], steepness.shape[1]
     pieces = max(1, int(flat / _PIECE + 0.5))
     steep = 0.0
     for piece in range(pieces):
         part = (piece + 0.5) / pieces
-        steep += steepness[
-            int(one[0] + part * (other[0] - one[0]) + 0.5), int(one[1] + part * (other[1] - one[1]) + 0.5)
-        ]
+        column, row = one[0] + part * (other[0] - one[0]) + 0.5, one[1] + part * (other[1] - one[1]) + 0.5
+        steep += steepness[max(0, min(columns - 1, int(column))), max(0, min(rows - 1, int(row)))]
     return steep / pieces * flat
 
 

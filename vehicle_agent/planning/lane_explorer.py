@@ -25,8 +25,6 @@ from vehicle_agent.planning.travel import WHOLE_STEP, EastNorth, beyond, next_le
 
 PLAN_HOLDS, LARGE_TEAM_HOLDS = 0.75, 1.0
 """A plan is followed for so many sensing ranges before it is mended again; longer where so many others mend it, too."""
-MOST_EACH = 90.0
-"""Lanes are planned for at most so many squared sensing ranges of unseen ground for each vehicle."""
 LEAST_PROGRESS, PROGRESS_OVER = 0.02, 6
 """Where over so many steps the team sees less than so many squared sensing ranges per vehicle and step, tours lead."""
 MOST_TOLD = 12
@@ -66,8 +64,8 @@ class LaneExplorer:
     def ask(self, situation: Situation) -> Decision:
         if self._lanes is None:
             self._lanes = TeamLanes(situation, self._home_en_m, self._params)
-        has_less = self._has_less_to_see(situation.area_cells)
-        if has_less or self._without_lanes or self._is_too_large(situation):
+            self._without_lanes = self._lanes.ground.is_too_wide
+        if self._has_less_to_see(situation.area_cells) or self._without_lanes:
             self._waypoint, self._steps_left = None, 0
             return self._tours.ask(situation)
         self._steps += 1
@@ -103,20 +101,15 @@ class LaneExplorer:
             self._most_cells = max(self._most_cells, self._area_cells)
         return self._area_cells < self._most_cells
 
-    def _is_too_large(self, situation: Situation) -> bool:
-        """Whether even if all that was ever observed lay in the area, too much of it would be unseen for lanes."""
-        unseen_m2 = (self._area_cells - situation.team_map.observed_cells) * situation.team_map.grid.cell_m**2
-        return unseen_m2 > MOST_EACH * situation.range_m**2 * (1 + len(situation.teammates))
-
     def _mend(self, situation: Situation, lanes: TeamLanes) -> bool:
         """Make the plan better; False when the ground is not one for lanes."""
         team = 1 + len(situation.teammates)
-        ranges2_each = lanes.unseen_ranges2(situation) / team
+        ranges2_each = lanes.ground.unseen_ranges2(situation) / team
         since, before = self._unseen_at
         if self._steps - since >= PROGRESS_OVER:
             self._without_lanes |= before - ranges2_each < LEAST_PROGRESS * (self._steps - since)
             self._unseen_at = (self._steps, ranges2_each)
-        if self._without_lanes or not 0.0 < ranges2_each < MOST_EACH:
+        if self._without_lanes or ranges2_each <= 0.0:
             lanes.drop()
             return False
         holds_m = (LARGE_TEAM_HOLDS if team > self._params.large_team else PLAN_HOLDS) * situation.range_m

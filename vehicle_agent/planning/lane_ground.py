@@ -1,0 +1,149 @@
+"""The ground that lanes are planned for, in blocks: what is unseen, how steep it is, where looks were in vain."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from vehicle_agent.domain.frames import FloatArray
+from vehicle_agent.domain.lane_sight import Sight, look_around, sight_of
+from vehicle_agent.domain.lane_window import Window, window_around
+from vehicle_agent.planning.interface import Situation
+from vehicle_agent.planning.patches import PatchDivision, UnseenPatches
+from vehicle_agent.planning.steep_ground import ground_steepness
+
+
+@dataclass(frozen=True, slots=True)
+class LaneGroundParams:
+    """How the ground is looked at.
+
+    Attributes
+    ----------
+    block
+        Width of the blocks of ground that are counted, in sensing ranges.
+    widest_block
+        Of wide ground the blocks are wider; wider than so many sensing ranges they are none for lanes.
+    sight
+        How far is seen, as a share of the sensing range.
+    window
+        A plan is for so many squared sensing ranges of unseen ground for each vehicle, those nearest to the team.
+    most_looked
+        Share of the surest look that a fruitless look counts for at most: right above, all is tried again.
+    """
+
+    block: float = 0.25
+    widest_block: float = 0.5
+    sight: float = 0.93
+    window: float = 40.0
+    most_looked: float = 0.4
+
+
+MOST_BLOCKS = 1_000_000
+LEAST_STRETCH = 0.6
+"""However level ground is beside all other: so much nearer at most it seems to a sensor, squared."""
+LOOKS_PER_MEND = 3
+"""Places on the way since the last plan from where a vehicle is taken to have looked around."""
+
+
+@dataclass(frozen=True, slots=True)
+class Outlook:
+    """What a plan is made for.
+
+    Attributes
+    ----------
+    window
+        The blocks.
+    sight
+        Chances of seeing, for these blocks.
+    steepness
+        (C, R) float64, of these blocks, as `ground_steepness` tells it.
+    whole_blocks
+        How many blocks all that was ever to be seen by such a plan would fill.
+    """
+
+    window: Window
+    sight: Sight
+    steepness: FloatArray
+    whole_blocks: float
+
+
+class LaneGround:
+    """One vehicle's view of the ground.
+
+    Parameters
+    ----------
+    situation
+        The first one: its map's grid is divided into blocks.
+
+    Attributes
+    ----------
+    range_blocks : the sensing range, in blocks.
+    """
+
+    def __init__(self, situation: Situation, params: LaneGroundParams) -> None:
+        self._params, self._range_m = params, situation.range_m
+        grid = situation.team_map.grid
+        self._division = PatchDivision(grid, params.block * situation.range_m, MOST_BLOCKS)
+        self._unseen = UnseenPatches(self._division)
+        self._block_m = np.array(self._division.size_cells) * grid.cell_m
+        self.range_blocks = situation.range_m / float(self._block_m.mean())
+        self._sight = sight_of(params.sight * self.range_blocks, self._division.shape)
+        self._middle_cells = self._division.middle_cells()
+        self._looked_from: dict[int, FloatArray] = {}
+
+    @property
+    def is_too_wide(self) -> bool:
+        """Whether its blocks are too wide for lanes."""
+        return self._params.widest_block * self.range_blocks < 1.0
+
+    def unseen_ranges2(self, situation: Situation) -> float:
+        """How much is unseen, in squared sensing ranges."""
+        self._unseen.follow(situation.team_map, situation.area_cells)
+        return self._unseen.in_all() * self._division.grid.cell_m**2 / self._range_m**2
+
+    def to_blocks(self, places_en_m: FloatArray) -> FloatArray:
+        """Places in blocks, block centres at whole numbers: (N, 2) ENU metres -> (N, 2)."""
+        blocks: FloatArray = (places_en_m - self._division.corner_en_m) / self._block_m - 0.5
+        return blocks
+
+    def inside(self, places: FloatArray) -> FloatArray:
+        """Places in blocks, those beside the ground led to its edge: (N, 2) -> (N, 2)."""
+        moved: FloatArray = np.clip(places, 0.0, np.array(self._division.shape) - 1.0)
+        return moved
+
+    def to_metres(self, places: FloatArray) -> FloatArray:
+        """Places in blocks: (N, 2) -> (N, 2) ENU metres."""
+        places_en_m: FloatArray = (places + 0.5) * self._block_m + self._division.corner_en_m
+        return places_en_m
+
+    def look_out(self, situation: Situation, vehicles: dict[int, FloatArray]) -> Outlook:
+        """What a plan is to be made for now, with what vehicles have just seen in vain.
+
+        Parameters
+        ----------
+        vehicles : where each is, in blocks, by its index in the team.
+        """
+        cells_each = math.prod(self._division.size_cells)
+        places = np.array(list(vehicles.values()))
+        most = self._params.window * self.range_blocks**2 * len(places)
+        window = window_around(self._unseen.by_place() / cells_each, places, most)
+        box = window.columns, window.rows
+        columns, rows = (middle[part] for middle, part in zip(self._middle_cells, box, strict=True))
+        steepness = ground_steepness(situation.constraints.surface_m, columns, rows, self._block_m, self._range_m)
+        whole = self._sight
+        stretch = np.maximum(steepness**2, LEAST_STRETCH)
+        sight = Sight(whole.odds, whole.missed, np.ascontiguousarray(whole.looked[box]), whole.reach, stretch)
+        looks = self._looks(vehicles) - window.corner
+        look_around(sight, looks, int(self._params.most_looked * whole.odds[0]))
+        whole.looked[box] = sight.looked
+        whole_blocks = np.count_nonzero(situation.area_cells) / cells_each
+        return Outlook(window, sight, steepness, whole_blocks if window.is_all else most)
+
+    def _looks(self, vehicles: dict[int, FloatArray]) -> FloatArray:
+        """From where vehicles looked around on their ways to where they are: (N, 2) blocks."""
+        shares = np.linspace(0.0, 1.0, LOOKS_PER_MEND, endpoint=False)[:, None]
+        ways = [(place, self._looked_from.get(index, place)) for index, place in vehicles.items()]
+        self._looked_from = dict(vehicles)
+        return np.concatenate([place + shares * (before - place) for place, before in ways])
