@@ -51,14 +51,15 @@ def bench_scaling(
 ) -> int:  # fmt: skip
     """Run the bench and print its table; returns the exit code.
 
-    One run after the other, each planner in turn on the same hills, so that neither has the machine for itself.
+    One run after the other, each planner in turn on the same hills and all sizes before the next hills, so that none
+    has the machine for itself when it is fast.
     """
     kernels.warm_up()
     team = TeamParams(range_m=range_m, step_m=step_m)
     jobs = [
         Job(planner, environment, seed, size.vehicles, team, None, size.hills, steps)
-        for size in sizes
         for environment in range(environments)
+        for size in sizes
         for planner in (DEFAULT_PLANNER, RIVAL)
     ]
     done, interrupted = measure_all(jobs, run_job, "timing plans", processes=1)

@@ -36,7 +36,7 @@ def mate(lanes: AnnouncedLanes | None, index: int = 1) -> Teammate:
 
 def started(now: Situation) -> TeamLanes:
     lanes = TeamLanes(now, None, FEW)
-    lanes.unseen_ranges2(now)
+    lanes.ground.unseen_ranges2(now)
     lanes.mend(now)
     return lanes
 
@@ -64,7 +64,7 @@ def test_the_plan_with_the_highest_number_counts() -> None:
     assert other.plan is not None
     assert (other.plan.number, other.plan.by) == (late.number + 1, 0)
     assert other.plan.ways[:2] == late.ways
-    assert (other.bends_left, other.bends_en_m(1)) == (1, [(140.0, 240.0)])
+    assert (other.own.bends_left, other.own.bends_en_m(1)) == (1, [(140.0, 240.0)])
 
 
 def test_a_bend_that_was_flown_is_not_flown_again() -> None:
@@ -73,9 +73,9 @@ def test_a_bend_that_was_flown_is_not_flown_again() -> None:
     stale = situation(mate(AnnouncedLanes(5, 1, (0, 1), (way, ()))))
     lanes.mend(stale)
     assert lanes.plan is not None
-    assert not lanes.reach((137.0, 240.0, 5.0), 3.0)
+    assert lanes.own.passing((137.0, 240.0, 5.0), 3.0) is lanes.own
     assert lanes.plan.way_of(0) == way
-    assert lanes.reach((137.1, 240.0, 5.0), 3.0)
+    lanes.own = lanes.own.passing((137.1, 240.0, 5.0), 3.0)
     assert lanes.plan.way_of(0) == way[2:]
     lanes.mend(situation(mate(AnnouncedLanes(lanes.plan.number + 1, 1, (0, 1), (way, ())))))
     assert lanes.plan.way_of(0) == way[2:]
@@ -100,12 +100,12 @@ def test_what_is_planned_for_a_teammate_begins_a_step_ahead_of_it() -> None:
 def test_bends_that_a_teammate_reached_are_left_out_when_the_plan_is_mended() -> None:
     lanes = started(situation(mate(None)))
     assert lanes.plan is not None
-    told = AnnouncedLanes(lanes.plan.number + 1, 1, (0, 1), ((), (40, 40, 120, 40)), (40, 40))
+    told = AnnouncedLanes(lanes.plan.number + 1, 1, (0, 1), ((), (40, 40, 90, 40)), (40, 40))
     other = TeamLanes(situation(mate(told)), None, AS_IT_IS)
-    other.unseen_ranges2(situation(mate(told)))
+    other.ground.unseen_ranges2(situation(mate(told)))
     other.mend(situation(mate(told)))
     assert other.plan is not None
-    assert other.plan.way_of(1) == (120, 40)
+    assert other.plan.way_of(1) == (90, 40)
     assert other.plan.number == told.number + 1
 
 
@@ -114,7 +114,7 @@ def test_vehicles_that_see_differently_far_mean_the_same_places() -> None:
     assert mine.plan is not None
     now = dataclasses.replace(situation(mate(mine.plan, 0), index=1), range_m=0.4 * RANGE_M)
     other = TeamLanes(now, None, AS_IT_IS)
-    other.unseen_ranges2(now)
+    other.ground.unseen_ranges2(now)
     other.mend(now)
     assert other.plan is not None
     assert other.plan.way_of(0) == mine.plan.way_of(0)

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -19,6 +20,7 @@ from vehicle_agent.domain.polygon import BoolArray
 from vehicle_agent.planning.constraints import Constraints
 from vehicle_agent.planning.frontier_travel import bearing_word
 from vehicle_agent.planning.interface import Decision, Observation, Situation, Waypoint
+from vehicle_agent.planning.own_way import OwnWay
 from vehicle_agent.planning.team_lanes import LanesParams, TeamLanes
 from vehicle_agent.planning.tour_explorer import TourExplorer
 from vehicle_agent.planning.travel import WHOLE_STEP, EastNorth, beyond, next_leg
@@ -49,8 +51,7 @@ class LaneExplorer:
         self._home_en_m = home_en_m
         self._tours = tours
         self._lanes: TeamLanes | None = None
-        self._waypoint: Waypoint | None = None
-        self._steps_ahead: list[Point] = []
+        self._ahead: list[_Step] = []
         self._steps_left = 0
         self._steps = 0
         self._unseen_at: tuple[int, float] = (0, math.inf)
@@ -66,33 +67,34 @@ class LaneExplorer:
             self._lanes = TeamLanes(situation, self._home_en_m, self._params)
             self._without_lanes = self._lanes.ground.is_too_wide
         if self._has_less_to_see(situation.area_cells) or self._without_lanes:
-            self._waypoint, self._steps_left = None, 0
+            self._ahead, self._steps_left = [], 0
             return self._tours.ask(situation)
         self._steps += 1
         self._steps_left -= 1
         step = self._fly_on(situation, self._lanes)
         if step is not None:
             return step
-        self._waypoint = None
+        self._ahead = []
         if self._steps_left <= 0 and not self._mend(situation, self._lanes):
             return self._tours.ask(situation)
         return self._follow(situation, self._lanes)
 
     def _fly_on(self, situation: Situation, lanes: TeamLanes) -> Waypoint | None:
         """The next of the steps decided on before; None where there is none, or it is barred by now."""
-        here, before, constraints = situation.position_enu_m, self._waypoint, situation.constraints
-        ahead, arrived_m = self._steps_ahead, ARRIVED * constraints.reach_m
-        while ahead and math.dist(ahead[0][:2], here[:2]) < arrived_m:  # one that was not flown is decided on again
+        here, ahead, constraints = situation.position_enu_m, self._ahead, situation.constraints
+        arrived_m = ARRIVED * constraints.reach_m
+        while ahead and math.dist(ahead[0].end_enu_m[:2], here[:2]) < arrived_m:  # if not flown, it is decided on again
             del ahead[0]
-        if before is None or self._steps_left <= 0 or not ahead:
+        if self._steps_left <= 0 or not ahead:
             return None
-        reached = lanes.reach(here, arrived_m)
-        step = constraints.fit(here, ahead[0][:2])
+        lanes.own = lanes.own.passing(here, arrived_m)
+        step = constraints.fit(here, ahead[0].end_enu_m[:2])
         if step is None or math.dist(step, here) < WHOLE_STEP * constraints.reach_m:
             return None
-        if reached and lanes.bends_left:
-            return self._announce(situation, lanes, step)
-        return Waypoint(step, before.why, before.goal_enu_m, before.goal_cost_m, before.route_enu_m, None, before.lanes)
+        if lanes.own.left and ahead[0].bends_left != lanes.own.bends_left:  # a bend came earlier or later than expected
+            self._ahead = ahead = _foretell(here, [each.end_enu_m for each in ahead], lanes, arrived_m)
+        told = ahead[0].told
+        return Waypoint(step, told.why, told.goal_enu_m, told.goal_cost_m, told.route_enu_m, None, told.lanes)
 
     def _has_less_to_see(self, area_cells: BoolArray) -> bool:
         """Whether this is a part only of what there was to see: a plan for it would lead teammates there, too."""
@@ -123,21 +125,56 @@ class LaneExplorer:
     def _follow(self, situation: Situation, lanes: TeamLanes) -> Decision:
         """The next step of the own way; where none is left of it or it is barred, tours lead."""
         constraints, here = situation.constraints, situation.position_enu_m
-        lanes.reach(here, ARRIVED * constraints.reach_m)
-        steps = _steps_along(here, lanes.bends_en_m(), max(1, self._steps_left), constraints)
-        if not steps:
+        arrived_m = ARRIVED * constraints.reach_m
+        lanes.own = lanes.own.passing(here, arrived_m)
+        ends = _steps_along(here, lanes.own.bends_en_m(), max(1, self._steps_left), constraints)
+        if not ends:
             decision = self._tours.ask(situation)
             return dataclasses.replace(decision, lanes=lanes.plan) if isinstance(decision, Waypoint) else decision
-        self._steps_ahead = steps
-        return self._announce(situation, lanes, steps[0])
+        self._ahead = _foretell(here, ends, lanes, arrived_m)
+        return self._ahead[0].told
 
-    def _announce(self, situation: Situation, lanes: TeamLanes, step_enu_m: Point) -> Waypoint:
-        here, bends = situation.position_enu_m[:2], lanes.bends_en_m(MOST_TOLD)
-        away_m = math.dist(bends[0], here)
-        route = tuple((east_m, north_m, step_enu_m[2]) for east_m, north_m in bends)
-        why = f"lane {away_m:.0f} m {bearing_word(here, bends[0])}, first of {lanes.bends_left} in its way"
-        self._waypoint = Waypoint(step_enu_m, why, route[0], away_m, route, None, lanes.plan)
-        return self._waypoint
+
+@dataclass(frozen=True, slots=True)
+class _Step:
+    """A step decided on.
+
+    Attributes
+    ----------
+    end_enu_m
+        Where it ends.
+    bends_left
+        Bends in the own way at its beginning.
+    told
+        What is told then: of several steps to the same bend, the first of them.
+    """
+
+    end_enu_m: Point
+    bends_left: int
+    told: Waypoint
+
+
+def _foretell(here_enu_m: Point, ends_enu_m: list[Point], lanes: TeamLanes, arrived_m: float) -> list[_Step]:
+    """What will be told at each step, so that nothing but the step is left to decide then."""
+    own, begin, told = lanes.own, here_enu_m, _told(here_enu_m, ends_enu_m[0], lanes, lanes.own)
+    steps: list[_Step] = []
+    for end in ends_enu_m:
+        passed = own.passing(begin, arrived_m)
+        if passed is not own and passed.left:
+            told = _told(begin, end, lanes, passed)
+        own = passed
+        steps.append(_Step(end, own.bends_left, told))
+        begin = end
+    return steps
+
+
+def _told(here_enu_m: Point, step_enu_m: Point, lanes: TeamLanes, own: OwnWay) -> Waypoint:
+    """A step as it is told where so much is left of the own way."""
+    bends = own.bends_en_m(MOST_TOLD)
+    away_m = math.dist(bends[0], here_enu_m[:2])
+    route = tuple((east_m, north_m, step_enu_m[2]) for east_m, north_m in bends)
+    why = f"lane {away_m:.0f} m {bearing_word(here_enu_m[:2], bends[0])}, first of {own.bends_left} in its way"
+    return Waypoint(step_enu_m, why, route[0], away_m, route, None, lanes.plan_with(own))
 
 
 def _steps_along(start_enu_m: Point, bends_en_m: list[EastNorth], steps: int, constraints: Constraints) -> list[Point]:

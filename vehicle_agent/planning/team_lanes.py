@@ -12,6 +12,7 @@ from vehicle_agent.domain.lane_trials import Ways
 from vehicle_agent.domain.shared_lanes import LaneCosts, mend_lanes
 from vehicle_agent.planning.interface import AnnouncedLanes, Situation
 from vehicle_agent.planning.lane_ground import LaneGround, LaneGroundParams
+from vehicle_agent.planning.own_way import OwnWay, without_flown
 from vehicle_agent.planning.travel import EastNorth, along
 
 
@@ -56,10 +57,6 @@ class LanesParams:
     arrived: float = 0.15
 
 
-UNITS_PER_CELL = 2
-"""Bends are told in such parts of the map's cells: blocks may differ between vehicles that see differently far."""
-FLOWN_TOLD = 4
-"""Bends that a vehicle reached last, told so that nobody plans them again."""
 LAST_NUMBER = 2**32 - 1
 
 
@@ -72,17 +69,19 @@ class TeamLanes:
         The first one: its map's grid is the ground that the plan is for.
     home_en_m
         Where vehicles return to; None when they need not.
+
+    Attributes
+    ----------
+    own
+        What is left of the vehicle's own way.
     """
 
     def __init__(self, situation: Situation, home_en_m: EastNorth | None, params: LanesParams) -> None:
         self._params, self._home_en_m = params, home_en_m
         self._ground = LaneGround(situation, params.ground)
-        grid = situation.team_map.grid
-        self._part_m, self._corner_en_m = grid.cell_m / UNITS_PER_CELL, (grid.west_m, grid.south_m)
         self._index = situation.index
         self._latest: AnnouncedLanes | None = None
-        self._way: tuple[int, ...] = ()
-        self._flown: tuple[int, ...] = ()
+        self.own = OwnWay.over(situation.team_map.grid)
 
     @property
     def ground(self) -> LaneGround:
@@ -90,31 +89,22 @@ class TeamLanes:
         return self._ground
 
     @property
-    def plan(self) -> AnnouncedLanes | None:
-        """The plan as this vehicle tells it; None when it has none."""
-        latest, index = self._latest, self._index
-        if latest is None:
-            return None
-        own = zip(latest.vehicles, latest.ways, strict=True)
-        ways = tuple(self._way if vehicle == index else way for vehicle, way in own)
-        return AnnouncedLanes(latest.number, latest.by, latest.vehicles, ways, self._flown)
-
-    @property
     def has_plan(self) -> bool:
         return self._latest is not None
 
     @property
-    def bends_left(self) -> int:
-        """Bends in the own way."""
-        return len(self._way) // 2
+    def plan(self) -> AnnouncedLanes | None:
+        """The plan as this vehicle tells it; None when it has none."""
+        return self.plan_with(self.own)
 
-    def bends_en_m(self, most: int | None = None) -> list[EastNorth]:
-        """The first bends of the own way, or all, ENU metres."""
-        part_m, (west_m, south_m) = self._part_m, self._corner_en_m
-        way = self._way if most is None else self._way[: 2 * most]
-        return [
-            (west_m + part_m * east, south_m + part_m * north) for east, north in zip(way[::2], way[1::2], strict=True)
-        ]
+    def plan_with(self, own: OwnWay) -> AnnouncedLanes | None:
+        """The plan as this vehicle tells it when so much is left of its own way; None when it has none."""
+        latest, index = self._latest, self._index
+        if latest is None:
+            return None
+        told = zip(latest.vehicles, latest.ways, strict=True)
+        ways = tuple(own.left if vehicle == index else way for vehicle, way in told)
+        return AnnouncedLanes(latest.number, latest.by, latest.vehicles, ways, own.flown)
 
     def drop(self) -> None:
         """Forget the plan."""
@@ -122,7 +112,7 @@ class TeamLanes:
 
     def _take_over(self, plan: AnnouncedLanes | None) -> None:
         self._latest = plan
-        self._way = _not_flown(plan.way_of(self._index), self._flown) if plan else ()
+        self.own = self.own.on(plan.way_of(self._index) if plan else ())
 
     def mend(self, situation: Situation) -> None:
         """Drop what was flown from the latest plan and try changes to the rest."""
@@ -135,7 +125,7 @@ class TeamLanes:
         plans = [mate.lanes for mate in mates if mate.lanes is not None] + ([self._latest] if self._latest else [])
         latest = max(plans, key=lambda plan: (plan.number, plan.by), default=None)
         flown = {mate.index: mate.lanes.flown for mate in mates if mate.lanes is not None}
-        flown[situation.index] = self._flown
+        flown[situation.index] = self.own.flown
         # Teammates fly on as they decided before: what is planned for them anew begins a step ahead of them.
         step_m = situation.constraints.reach_m
         places |= {mate.index: along(mate.position_enu_m, mate.goal_enu_m, step_m) for mate in mates if mate.goal_enu_m}
@@ -155,7 +145,7 @@ class TeamLanes:
         )  # fmt: skip
         ways.bends[:] += window.corner
         told = tuple(self._told(bends[1:count]) for bends, count in zip(ways.bends, ways.counts, strict=True))
-        self._take_over(AnnouncedLanes(number, situation.index, indices, told, self._flown))
+        self._take_over(AnnouncedLanes(number, situation.index, indices, told, self.own.flown))
 
     def _annealing(self, number: int, vehicles: int) -> tuple[int, float, float]:
         """How many changes to try for a plan, and the heat at first and at last, in sensing ranges.
@@ -170,18 +160,6 @@ class TeamLanes:
         hot, cool = (params.first_hot * falls ** (part / vehicles) for part in (number - 1, number))
         return round(share * params.first_trials), hot, cool
 
-    def reach(self, here_enu_m: Point, within_m: float) -> bool:
-        """Take bends as near as that off the own way, as flown; tell whether there were any."""
-        reached, (west_m, south_m) = False, self._corner_en_m
-        while self._way:
-            east_m, north_m = west_m + self._part_m * self._way[0], south_m + self._part_m * self._way[1]
-            if math.hypot(east_m - here_enu_m[0], north_m - here_enu_m[1]) >= within_m:
-                break
-            self._flown = (*self._flown[2 - 2 * FLOWN_TOLD :], *self._way[:2])
-            self._way = self._way[2:]
-            reached = True
-        return reached
-
     def _ways(
         self, indices: tuple[int, ...], starts: FloatArray, latest: AnnouncedLanes | None,
         flown: dict[int, tuple[int, ...]],
@@ -192,7 +170,7 @@ class TeamLanes:
         bends[:, 0] = starts
         arrived = self._params.arrived * self._ground.range_blocks
         for row, index in enumerate(indices):
-            told = _not_flown(latest.way_of(index), flown.get(index, ())) if latest else ()
+            told = without_flown(latest.way_of(index), flown.get(index, ())) if latest else ()
             way = self._heard(told[: 2 * (self._params.most_bends - 1)])
             if len(way) and math.dist(way[0], starts[row]) < arrived:
                 way = way[1:]
@@ -209,18 +187,10 @@ class TeamLanes:
 
     def _heard(self, way: tuple[int, ...]) -> FloatArray:
         """Bends as told -> (N, 2) float64, blocks; a bend beside the ground, as of another mission's, at its edge."""
-        bends_en_m = np.array(way, dtype=np.float64).reshape(-1, 2) * self._part_m + self._corner_en_m
+        bends_en_m = np.array(way, dtype=np.float64).reshape(-1, 2) * self.own.part_m + self.own.corner_en_m
         return self._ground.inside(self._ground.to_blocks(bends_en_m))
 
     def _told(self, bends: FloatArray) -> tuple[int, ...]:
         """Bends in blocks, (N, 2) float64 -> as told."""
-        told = np.rint((self._ground.to_metres(bends) - self._corner_en_m) / self._part_m)
+        told = np.rint((self._ground.to_metres(bends) - self.own.corner_en_m) / self.own.part_m)
         return tuple(told.astype(np.int64).ravel().tolist())
-
-
-def _not_flown(way: tuple[int, ...], flown: tuple[int, ...]) -> tuple[int, ...]:
-    """A way without the bends at its beginning that its vehicle has reached already."""
-    reached = [flown[place : place + 2] for place in range(0, len(flown), 2)]
-    while way[:2] in reached:
-        way = way[2:]
-    return way
