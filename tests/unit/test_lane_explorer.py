@@ -158,3 +158,17 @@ def test_steps_decided_on_before_tours_led_are_not_flown_after_it() -> None:
     assert isinstance(after, Waypoint)
     assert by_tours.lanes is None
     assert after.position_enu_m[:2] == (50.0, 44.0)
+
+
+@pytest.mark.parametrize(("east_m", "flown"), [(54.0, (56, 40)), (53.4, ())])
+def test_a_bend_is_told_as_flown_when_it_is_reached_not_when_it_was_expected(
+    east_m: float, flown: tuple[int, ...]
+) -> None:
+    lanes = LaneExplorer(None, TourExplorer(None, RANGE_M), LanesParams(first_trials=0, trials=0))
+    situation = with_plan(10, 56, 40, 56, 70)
+    lanes.ask(situation)
+    decision = lanes.ask(replace(situation, position_enu_m=(east_m, 40.0, 3.0)))
+    assert isinstance(decision, Waypoint)
+    assert decision.lanes is not None
+    assert decision.lanes.flown == flown
+    assert decision.lanes.way_of(0) == (56, 40, 56, 70)[len(flown) :]

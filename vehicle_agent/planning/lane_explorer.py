@@ -3,8 +3,8 @@
 Every vehicle knows the team's plan: for each vehicle a way of straight lanes that together are expected to show all
 that is unseen. Whoever decides takes the latest plan it heard of, drops what has been flown, tries some changes by what
 the team's map shows now, and tells the plan that came of it. Nobody is in the middle, and no trial is lost: the plan is
-annealed by the whole team. Ground too large for lanes, what lanes cannot lead to, and what one vehicle alone is sent to
-see is left to tours.
+annealed by the whole team. Over wide ground it is a plan for the part that lies nearest to the team. Ground in cells
+too wide for lanes, what lanes cannot lead to, and what one vehicle alone is sent to see is left to tours.
 """
 
 from __future__ import annotations

@@ -50,9 +50,9 @@ class ToursParams:
         ranges of it: whoever goes there sees it in passing.
     first_trials, trials, most_taken
         Changes tried to the very first tours and at each decision, and patches moved at once.
-    leg, longest_leg
-        A decision holds for this many sensing ranges, for more where the area is so large that patches are wider, up
-        to the longest: for as many whole steps as fit, and one at least; what is left over counts for the next.
+    leg
+        A decision holds for this many sensing ranges: for as many whole steps as fit, and one at least; what is left
+        over counts for the next.
     sweep_radius, sweep_length, sweep_weight
         A way is worth what lies unseen within this many sensing ranges of its first `sweep_length` ranges, as length
         of a way through unseen ground; so much detour, times the weight, it may cost.
@@ -72,7 +72,6 @@ class ToursParams:
     trials: int = 50
     most_taken: int = 8
     leg: float = 0.5625
-    longest_leg: float = 0.75
     sweep_radius: float = 0.8
     sweep_length: float = 0.5
     sweep_weight: float = 1.5
@@ -189,11 +188,7 @@ class TourExplorer:
         """End of the next leg towards a target, bent to where more unseen ground lies beside it."""
         constraints = situation.constraints
         here = situation.position_enu_m
-        params, division = self._params, self._division
-        assert division is not None
-        wider = max(division.size_cells) * division.grid.cell_m / (params.patch_width * self._range_m)
-        leg_m = min(params.leg * max(1.0, wider), params.longest_leg) * self._range_m
-        steps_m = leg_m + self._part_of_a_step * constraints.reach_m
+        steps_m = self._params.leg * self._range_m + self._part_of_a_step * constraints.reach_m
         steps = max(1, int(steps_m / constraints.reach_m + 1e-9))
         self._part_of_a_step = min(max(steps_m / constraints.reach_m - steps, 0.0), 0.99)
         if away_m < constraints.reach_m and len(self._tour_en_m) > 1:
