@@ -36,7 +36,6 @@ def mate(lanes: AnnouncedLanes | None, index: int = 1) -> Teammate:
 
 def started(now: Situation) -> TeamLanes:
     lanes = TeamLanes(now, None, FEW)
-    lanes.ground.unseen_ranges2(now)
     lanes.mend(now)
     return lanes
 
@@ -102,7 +101,6 @@ def test_bends_that_a_teammate_reached_are_left_out_when_the_plan_is_mended() ->
     assert lanes.plan is not None
     told = AnnouncedLanes(lanes.plan.number + 1, 1, (0, 1), ((), (40, 40, 90, 40)), (40, 40))
     other = TeamLanes(situation(mate(told)), None, AS_IT_IS)
-    other.ground.unseen_ranges2(situation(mate(told)))
     other.mend(situation(mate(told)))
     assert other.plan is not None
     assert other.plan.way_of(1) == (90, 40)
@@ -114,7 +112,6 @@ def test_vehicles_that_see_differently_far_mean_the_same_places() -> None:
     assert mine.plan is not None
     now = dataclasses.replace(situation(mate(mine.plan, 0), index=1), range_m=0.4 * RANGE_M)
     other = TeamLanes(now, None, AS_IT_IS)
-    other.ground.unseen_ranges2(now)
     other.mend(now)
     assert other.plan is not None
     assert other.plan.way_of(0) == mine.plan.way_of(0)

@@ -41,6 +41,7 @@ class LaneGroundParams:
 
 
 MOST_BLOCKS = 1_000_000
+"""Of wider ground the blocks are wider."""
 LEAST_STRETCH = 0.6
 """However level ground is beside all other: so much nearer at most it seems to a sensor, squared."""
 LOOKS_PER_MEND = 3
@@ -125,6 +126,7 @@ class LaneGround:
         ----------
         vehicles : where each is, in blocks, by its index in the team.
         """
+        self._unseen.follow(situation.team_map, situation.area_cells)
         cells_each = math.prod(self._division.size_cells)
         places = np.array(list(vehicles.values()))
         most = self._params.window * self.range_blocks**2 * len(places)
