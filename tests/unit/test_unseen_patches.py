@@ -129,3 +129,13 @@ def test_a_way_found_nearby_is_as_short_as_one_looked_for_everywhere() -> None:
             assert cells[0] == start
             assert cells[-1] == tuple(best)
             assert length == pytest.approx(distances[tuple(best)])
+
+
+def test_middle_cells_lie_in_their_patches() -> None:
+    division = PatchDivision(GRID, 7.0)
+    columns, rows = division.middle_cells()
+    for across, column in enumerate(columns):
+        for along, row in enumerate(rows):
+            inside = division.cells_of(across * division.shape[1] + along)
+            assert inside[0].start <= column < inside[0].stop
+            assert inside[1].start <= row < inside[1].stop

@@ -51,11 +51,11 @@ def warm_up() -> None:
     take_off(np.zeros((1, 3), dtype=np.int64), none, known, none, none)
     whole, no_patch = np.ones((4, 4), dtype=np.int64), np.zeros((1, 3), dtype=np.int64)
     choose_stops(whole, known, none, none, no_patch, np.ones(1, dtype=np.bool_), whole.copy(), 2, 1.0, 1.0, 1.0)
-    sight = sight_of(2.0, (4, 4))
+    sight = sight_of(2.0, 1.0, (4, 4))
     look_around(sight, np.ones((1, 2)), 1)
     window_around(elevation + 1.0, np.ones((1, 2)), 1.0)
     ways = Ways(np.ones((2, 4, 2)), np.ones(2, dtype=np.int64), np.ones((2, 2)))
-    costs = LaneCosts(1.0, 1.0, 1.0, 1.0, 1.0, elevation)
+    costs = LaneCosts(1.0, 1.0, 1.0, 1.0, 1.0)
     mend_lanes(ways, sight, elevation, costs, 1, 1.0, 0.5, np.random.default_rng(1))
 
 

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vehicle_agent.domain.compiled import compiled
+from vehicle_agent.domain.expected_ground import ExpectedGround, flown_length
 from vehicle_agent.domain.frames import FloatArray
 from vehicle_agent.domain.grid import IndexArray
 from vehicle_agent.domain.lane_sight import OddsArray, Sight, sweep
@@ -29,7 +30,6 @@ class LaneCosts(NamedTuple):
     allowed : as much ground may stay unseen.
     begins_ahead : so far ahead of a vehicle its first lane begins to show anything new, blocks: what lies around it
         and is unseen cannot be seen from there.
-    steepness : (columns, rows) float64, by how much a way over each block counts for more.
     """
 
     way_back: float
@@ -37,11 +37,6 @@ class LaneCosts(NamedTuple):
     dearer: float
     allowed: float
     begins_ahead: float
-    steepness: FloatArray
-
-
-_PIECE = 2.0
-"""Lanes are looked at for steep ground once in so many blocks."""
 
 
 class _Kept(NamedTuple):
@@ -60,23 +55,10 @@ class _Kept(NamedTuple):
 
 
 @compiled
-def _flown(steepness: FloatArray, one: FloatArray, other: FloatArray) -> float:
-    """How long a lane is, steep ground counted for more; beside the blocks, ground is as steep as at their edge."""
-    flat, columns, rows = apart(one, other), steepness.shape[0], steepness.shape[1]
-    pieces = max(1, int(flat / _PIECE + 0.5))
-    steep = 0.0
-    for piece in range(pieces):
-        part = (piece + 0.5) / pieces
-        column, row = one[0] + part * (other[0] - one[0]) + 0.5, one[1] + part * (other[1] - one[1]) + 0.5
-        steep += steepness[max(0, min(columns - 1, int(column))), max(0, min(rows - 1, int(row)))]
-    return steep / pieces * flat
-
-
-@compiled
-def _length(way: FloatArray, count: int, home: FloatArray, costs: LaneCosts) -> float:
-    length = costs.way_back * apart(way[count - 1], home) if costs.way_back > 0.0 else 0.0
+def _length(way: FloatArray, count: int, home: FloatArray, ground: ExpectedGround, way_back: float) -> float:
+    length = way_back * apart(way[count - 1], home) if way_back > 0.0 else 0.0
     for bend in range(1, count):
-        length += _flown(costs.steepness, way[bend - 1], way[bend])
+        length += flown_length(ground, way[bend - 1], way[bend])
     return length
 
 
@@ -176,7 +158,9 @@ def _cost(
         vehicle = trial.vehicles[place]
         if vehicle >= 0:
             way, count = trial.bends[place], trial.counts[place]
-            expectation.lengths[vehicle] = _length(way, count, ways.homes[vehicle], costs)
+            expectation.lengths[vehicle] = _length(
+                way, count, ways.homes[vehicle], expectation.sight.ground, costs.way_back
+            )
     cost = _weight(expectation.lengths)
     if cost <= most:  # else no ground is worth it
         _keep(kept, expectation, ways, trial)
@@ -202,7 +186,7 @@ def _expected(ways: Ways, sight: Sight, unseen: FloatArray, costs: LaneCosts) ->
     for vehicle in range(vehicles):
         way, count = ways.bends[vehicle], ways.counts[vehicle]
         left += _sweep_part(expectation, way, count, 1, count, costs.begins_ahead, 1)
-        expectation.lengths[vehicle] = _length(way, count, ways.homes[vehicle], costs)
+        expectation.lengths[vehicle] = _length(way, count, ways.homes[vehicle], sight.ground, costs.way_back)
     return expectation, left
 
 

@@ -1,4 +1,4 @@
-"""The ground that lanes are planned for, in blocks: what is unseen, how steep it is, where looks were in vain."""
+"""The ground that lanes are planned for, in blocks: what is unseen, how high it may be, where looks were in vain."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ import numpy as np
 from vehicle_agent.domain.frames import FloatArray
 from vehicle_agent.domain.lane_sight import Sight, look_around, sight_of
 from vehicle_agent.domain.lane_window import Window, window_around
+from vehicle_agent.planning.ground_spline import GroundSpline
 from vehicle_agent.planning.interface import Situation
 from vehicle_agent.planning.patches import PatchDivision, UnseenPatches
-from vehicle_agent.planning.steep_ground import ground_steepness
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,8 +25,6 @@ class LaneGroundParams:
         Width of the blocks of ground that are counted, in sensing ranges.
     widest_block
         Of wide ground the blocks are wider; wider than so many sensing ranges they are none for lanes.
-    sight
-        How far is seen, as a share of the sensing range.
     window
         A plan is for so many squared sensing ranges of unseen ground for each vehicle, those nearest to the team.
     most_looked
@@ -35,15 +33,12 @@ class LaneGroundParams:
 
     block: float = 0.25
     widest_block: float = 0.5
-    sight: float = 0.93
     window: float = 40.0
-    most_looked: float = 0.4
+    most_looked: float = 0.9
 
 
 MOST_BLOCKS = 1_000_000
 """Of wider ground the blocks are wider."""
-LEAST_STRETCH = 0.6
-"""However level ground is beside all other: so much nearer at most it seems to a sensor, squared."""
 LOOKS_PER_MEND = 3
 """Places on the way since the last plan from where a vehicle is taken to have looked around."""
 
@@ -58,15 +53,12 @@ class Outlook:
         The blocks.
     sight
         Chances of seeing, for these blocks.
-    steepness
-        (C, R) float64, of these blocks, as `ground_steepness` tells it.
     whole_blocks
         How many blocks all that was ever to be seen by such a plan would fill.
     """
 
     window: Window
     sight: Sight
-    steepness: FloatArray
     whole_blocks: float
 
 
@@ -90,7 +82,9 @@ class LaneGround:
         self._unseen = UnseenPatches(self._division)
         self._block_m = np.array(self._division.size_cells) * grid.cell_m
         self.range_blocks = situation.range_m / float(self._block_m.mean())
-        self._sight = sight_of(params.sight * self.range_blocks, self._division.shape)
+        above = situation.constraints.min_above_m / float(self._block_m.mean())
+        self._sight = sight_of(self.range_blocks, above, self._division.shape)
+        self._spline = GroundSpline(self.range_blocks)
         self._middle_cells = self._division.middle_cells()
         self._looked_from: dict[int, FloatArray] = {}
 
@@ -132,16 +126,15 @@ class LaneGround:
         most = self._params.window * self.range_blocks**2 * len(places)
         window = window_around(self._unseen.by_place() / cells_each, places, most)
         box = window.columns, window.rows
-        columns, rows = (middle[part] for middle, part in zip(self._middle_cells, box, strict=True))
-        steepness = ground_steepness(situation.constraints.surface_m, columns, rows, self._block_m, self._range_m)
+        cells = np.ix_(*(middle[part] for middle, part in zip(self._middle_cells, box, strict=True)))
+        ground = self._spline.expect(situation.team_map.elevation_m[cells] / float(self._block_m.mean()))
         whole = self._sight
-        stretch = np.maximum(steepness**2, LEAST_STRETCH)
-        sight = Sight(whole.odds, whole.missed, np.ascontiguousarray(whole.looked[box]), whole.reach, stretch)
+        sight = whole.over(ground, np.ascontiguousarray(whole.looked[box]))
         looks = self._looks(vehicles) - window.corner
-        look_around(sight, looks, int(self._params.most_looked * whole.odds[0]))
+        look_around(sight, looks, int(self._params.most_looked * whole.odds.max()))
         whole.looked[box] = sight.looked
         whole_blocks = np.count_nonzero(situation.area_cells) / cells_each
-        return Outlook(window, sight, steepness, whole_blocks if window.is_all else most)
+        return Outlook(window, sight, whole_blocks if window.is_all else most)
 
     def _looks(self, vehicles: dict[int, FloatArray]) -> FloatArray:
         """From where vehicles looked around on their ways to where they are: (N, 2) blocks."""

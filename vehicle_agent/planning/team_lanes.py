@@ -135,7 +135,7 @@ class TeamLanes:
         window, comes_home = outlook.window, self._home_en_m is not None and outlook.window.is_all
         costs = LaneCosts(
             1.0 if comes_home else 0.0, params.unseen / scale, params.dearer,
-            params.allowed * outlook.whole_blocks, params.begins_ahead * scale, outlook.steepness,
+            params.allowed * outlook.whole_blocks, params.begins_ahead * scale,
         )  # fmt: skip
         ways.bends[:] -= window.corner
         ways.homes[:] -= window.corner
