@@ -57,6 +57,9 @@ def test_elevation_is_nan_where_nobody_looked() -> None:
     terrain.observe(0, seen([GRID.rows], 1_000, -123))
     assert terrain.elevation_m[1, 0] == pytest.approx(-12.3)
     assert np.isnan(terrain.elevation_m).sum() == GRID.cells - 1
+    columns, rows = np.array([0, 1]), np.array([0, 1, 2])
+    part = terrain.elevation_where(columns, rows)
+    assert np.array_equal(part, terrain.elevation_m[np.ix_(columns, rows)], equal_nan=True)
 
 
 def test_a_copy_lives_its_own_life() -> None:

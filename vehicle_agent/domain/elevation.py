@@ -98,6 +98,11 @@ class ElevationMap:
         """(columns, rows) float64, ENU z of the surface in metres, NaN where unobserved."""
         return np.where(self.observed, self.elevation_dm * 0.1, np.nan)
 
+    def elevation_where(self, columns: IndexArray, rows: IndexArray) -> FloatArray:
+        """The part of `elevation_m` where columns and rows cross, (C, R), without looking at the rest."""
+        cells = np.ix_(columns, rows)
+        return np.where(self.first_stamp_ms[cells] != UNOBSERVED_STAMP_MS, self.elevation_dm[cells] * 0.1, np.nan)
+
     def observe(self, observer_index: int, observations: CellObservations) -> CellObservations:
         """Fold one vehicle's observations in and return those that changed the map (new, earlier or tied cells).
 

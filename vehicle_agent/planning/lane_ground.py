@@ -126,8 +126,8 @@ class LaneGround:
         most = self._params.window * self.range_blocks**2 * len(places)
         window = window_around(self._unseen.by_place() / cells_each, places, most)
         box = window.columns, window.rows
-        cells = np.ix_(*(middle[part] for middle, part in zip(self._middle_cells, box, strict=True)))
-        ground = self._spline.expect(situation.team_map.elevation_m[cells] / float(self._block_m.mean()))
+        columns, rows = (middle[part] for middle, part in zip(self._middle_cells, box, strict=True))
+        ground = self._spline.expect(situation.team_map.elevation_where(columns, rows) / float(self._block_m.mean()))
         whole = self._sight
         sight = whole.over(ground, np.ascontiguousarray(whole.looked[box]))
         looks = self._looks(vehicles) - window.corner
