@@ -117,7 +117,7 @@ def test_vehicles_that_see_differently_far_mean_the_same_places() -> None:
     assert other.plan.way_of(0) == mine.plan.way_of(0)
 
 
-@pytest.mark.parametrize(("teammates", "tried"), [(0, 120), (1, 90), (2, 60), (3, 45), (9, 18)])
+@pytest.mark.parametrize(("teammates", "tried"), [(0, 60), (2, 60), (3, 45), (9, 18)])
 def test_the_team_shares_the_changes_that_are_tried(
     monkeypatch: pytest.MonkeyPatch, teammates: int, tried: int
 ) -> None:
