@@ -30,8 +30,6 @@ class LanesParams:
         Changes each vehicle tries at its first decision, and whenever it mends the plan later.
     large_team
         Vehicles of a larger team than this try fewer, together as many as those of such a team.
-    few_try
-        Vehicles of a smaller team try more, up to so many times as many each.
     first_hot, first_cool, hot, cool
         Heat of the annealing over all first decisions and later, in sensing ranges of way.
     unseen, dearer, allowed
@@ -48,7 +46,6 @@ class LanesParams:
     first_trials: int = 50_000
     trials: int = 10_000
     large_team: int = 8
-    few_try: float = 2.0
     first_hot: float = 0.125
     first_cool: float = 0.003
     hot: float = 0.0125
@@ -156,7 +153,7 @@ class TeamLanes:
         The first plan of each vehicle is a part of one long annealing.
         """
         params = self._params
-        share = min(params.few_try, params.large_team / vehicles)
+        share = min(1.0, params.large_team / vehicles)
         if number > vehicles:
             return round(share * params.trials), params.hot, params.cool
         falls = params.first_cool / params.first_hot
