@@ -117,17 +117,20 @@ def test_vehicles_that_see_differently_far_mean_the_same_places() -> None:
     assert other.plan.way_of(0) == mine.plan.way_of(0)
 
 
-@pytest.mark.parametrize(("teammates", "tried"), [(0, 60), (2, 60), (3, 45), (9, 18)])
+@pytest.mark.parametrize(
+    ("vehicles", "first_plans", "first_tried", "tried"),
+    [(1, 2, 60, 120), (2, 3, 60, 90), (3, 3, 60, 60), (4, 4, 45, 45), (10, 10, 18, 18)],
+)
 def test_the_team_shares_the_changes_that_are_tried(
-    monkeypatch: pytest.MonkeyPatch, teammates: int, tried: int
+    monkeypatch: pytest.MonkeyPatch, vehicles: int, first_plans: int, first_tried: int, tried: int
 ) -> None:
     trials = []
     monkeypatch.setattr(team_lanes, "mend_lanes", lambda *arguments: trials.append(arguments[4]))
-    now = situation(*(mate(None, 1 + index) for index in range(teammates)))
-    lanes = TeamLanes(now, None, LanesParams(first_trials=60, trials=60, large_team=3))
-    for _ in range(teammates + 2):
+    now = situation(*(mate(None, index) for index in range(1, vehicles)))
+    lanes = TeamLanes(now, None, LanesParams(first_trials=60, trials=60, large_team=3, few_try=2))
+    for _ in range(first_plans + 2):
         lanes.mend(now)
-    assert trials == [tried] * (teammates + 2)
+    assert trials == [first_tried] * first_plans + [tried] * 2
 
 
 def test_a_teammate_that_flies_tours_has_no_way_in_the_plan() -> None:

@@ -15,7 +15,7 @@ from vehicle_agent.domain.lane_window import window_around
 from vehicle_agent.domain.patch_sums import sum_unseen, take_off
 from vehicle_agent.domain.paths import assumed_surface, nearest_known_cell, travel_distances
 from vehicle_agent.domain.polynomials import cubic_monomials
-from vehicle_agent.domain.segments import come_too_near, segment_distance_m
+from vehicle_agent.domain.segments import come_too_near, least_distance_m, segment_distance_m
 from vehicle_agent.domain.shared_lanes import LaneCosts, mend_lanes
 from vehicle_agent.domain.shared_tours import mend_tours
 from vehicle_agent.domain.stops import choose_stops
@@ -29,6 +29,7 @@ def warm_up() -> None:
     point = np.zeros(3)
     leg_clearances(elevation, 0.0, 0.0, 1.0, point, np.ones((2, 3)))
     segment_distance_m(point, point, point, point)
+    least_distance_m(1.0, 1.0)
     ground_heights(elevation, 0.0, 0.0, 1.0, np.ones((2, 3)))
     clear_legs(elevation, 0.0, 0.0, 1.0, point, np.ones((2, 3)), 0.0, 1.0, 1.0, 1.0)
     come_too_near(point, np.ones((2, 3)), np.ones((2, 3)), np.ones((2, 3)), 1.0)

@@ -27,11 +27,14 @@ class LanesParams:
     most_bends
         Of one way.
     first_trials, trials
-        Changes each vehicle tries at its first decision, and whenever it mends the plan later.
+        Changes each vehicle tries for one of the first plans, and whenever it mends the plan later.
     large_team
         Vehicles of a larger team than this try fewer, together as many as those of such a team.
+    few_try
+        Those of a smaller team try more, also as many together, but no one more than so many times as many: first
+        plans are more then, since while a vehicle plans its teammates hear nothing of it.
     first_hot, first_cool, hot, cool
-        Heat of the annealing over all first decisions and later, in sensing ranges of way.
+        Heat of the annealing over all first plans and later, in sensing ranges of way.
     unseen, dearer, allowed
         Way that ground as large as a squared sensing range is worth, in sensing ranges; beyond the allowed share of the
         ground that may stay unseen it is worth so many times more.
@@ -46,6 +49,7 @@ class LanesParams:
     first_trials: int = 50_000
     trials: int = 10_000
     large_team: int = 8
+    few_try: int = 2
     first_hot: float = 0.125
     first_cool: float = 0.003
     hot: float = 0.0125
@@ -150,15 +154,16 @@ class TeamLanes:
     def _annealing(self, number: int, vehicles: int) -> tuple[int, float, float]:
         """How many changes to try for a plan, and the heat at first and at last, in sensing ranges.
 
-        The first plan of each vehicle is a part of one long annealing.
+        The first plans are parts of one long annealing.
         """
         params = self._params
-        share = min(1.0, params.large_team / vehicles)
-        if number > vehicles:
-            return round(share * params.trials), params.hot, params.cool
+        share = params.large_team / vehicles
+        firsts = max(vehicles, min(params.few_try * vehicles, params.large_team))
+        if number > firsts:
+            return round(min(params.few_try, share) * params.trials), params.hot, params.cool
         falls = params.first_cool / params.first_hot
-        hot, cool = (params.first_hot * falls ** (part / vehicles) for part in (number - 1, number))
-        return round(share * params.first_trials), hot, cool
+        hot, cool = (params.first_hot * falls ** (part / firsts) for part in (number - 1, number))
+        return round(min(1.0, share) * params.first_trials), hot, cool
 
     def _ways(
         self, indices: tuple[int, ...], starts: FloatArray, latest: AnnouncedLanes | None,
