@@ -50,6 +50,25 @@ def test_a_sector_is_no_part_of_the_plan_for_the_team() -> None:
     assert SECTOR[GRID.cell_of(*alone.goal_enu_m[:2])]
 
 
+def test_a_vehicle_that_thought_ahead_decides_as_it_would_at_once() -> None:
+    params = LanesParams(first_trials=12_000, trials=300)
+    ahead, at_once = (LaneExplorer(None, TourExplorer(None, RANGE_M), params) for _ in range(2))
+    now = seen(WHOLE)
+    assert [ahead.think(now, now.position_enu_m) for _ in range(3)] == [False, False, True]
+    decision = ahead.ask(now)
+    assert decision == at_once.ask(now)
+    assert isinstance(decision, Waypoint)
+    assert decision.lanes is not None
+    assert ahead.think(now, now.position_enu_m)  # it follows this plan for some steps
+    assert ahead.ask(now) == at_once.ask(now)
+
+
+def test_nothing_is_thought_of_where_tours_lead() -> None:
+    lanes = LaneExplorer(None, TourExplorer(None, RANGE_M), LanesParams(first_trials=12_000))
+    lanes.ask(seen(WHOLE))
+    assert lanes.think(seen(SECTOR), seen(SECTOR).position_enu_m)
+
+
 START_ENU_M = (50.0, 40.0, 3.0)
 
 

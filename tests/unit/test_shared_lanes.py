@@ -11,7 +11,7 @@ from vehicle_agent.domain.expected_ground import ExpectedGround
 from vehicle_agent.domain.frames import FloatArray
 from vehicle_agent.domain.lane_sight import look_around, sight_of, sweep
 from vehicle_agent.domain.lane_trials import Ways
-from vehicle_agent.domain.shared_lanes import LaneCosts, mend_lanes
+from vehicle_agent.domain.shared_lanes import LaneCosts, annealing_of, mend_lanes
 
 SHAPE = (20, 16)
 COSTS = LaneCosts(0.0, 0.6, 4.0, 1.0, 0.0)
@@ -34,10 +34,14 @@ def ways_from(starts: FloatArray) -> Ways:
     return Ways(bends, np.ones(len(starts), dtype=np.int64), starts.copy())
 
 
-def mended(ways: Ways, seed: int, costs: LaneCosts = COSTS, trials: int = 20_000) -> FloatArray:
+def mended(
+    ways: Ways, seed: int, costs: LaneCosts = COSTS, trials: int = 20_000, at_once: int = 20_000
+) -> FloatArray:
     """Mend ways over wholly unseen ground; their lengths, (N,) float64, the weighed way home included."""
     rng = np.random.default_rng(seed)
-    mend_lanes(ways, sight_of(4.0, 1.5, SHAPE), np.ones(SHAPE), costs, trials, 0.5, 0.01, rng)
+    annealing = annealing_of(ways, trials, 0.5, 0.01)
+    while not mend_lanes(ways, annealing, sight_of(4.0, 1.5, SHAPE), np.ones(SHAPE), costs, at_once, rng):
+        pass
     lengths = [
         np.hypot(*np.diff(bends[:count], axis=0).T).sum() + costs.way_back * np.hypot(*(bends[count - 1] - home))
         for bends, count, home in zip(ways.bends, ways.counts, ways.homes, strict=True)
@@ -134,12 +138,19 @@ def test_many_vehicles_from_one_place_leave_no_chance_of_missing_what_they_all_p
     assert -0.05 < sweep(sight, np.ones(SHAPE), summed, 9.0, 9.0, 12.0, 9.0, 1) <= 0.0
 
 
+def test_mended_in_parts_ways_become_what_they_do_at_once() -> None:
+    starts = np.array([[1.0, 1.0], [2.0, 1.0]])
+    at_once, in_parts = (mended(ways_from(starts), 5, at_once=part) for part in (20_000, 3_000))
+    assert in_parts == pytest.approx(at_once, rel=1e-6)
+
+
 def test_what_is_nearly_all_seen_is_led_to() -> None:
     unseen = np.zeros((200, 200))
     unseen[150, 40] = 5.0
     ways = ways_from(np.array([[10.0, 10.0]]))
     costs = LaneCosts(0.0, 40.0, 4.0, 0.0, 0.0)
-    mend_lanes(ways, sight_of(4.0, 1.5, (200, 200)), unseen, costs, 500, 0.5, 0.01, np.random.default_rng(3))
+    annealing = annealing_of(ways, 500, 0.5, 0.01)
+    mend_lanes(ways, annealing, sight_of(4.0, 1.5, (200, 200)), unseen, costs, 500, np.random.default_rng(3))
     bends = ways.bends[0, 1 : ways.counts[0]]
     assert np.hypot(*(bends - (150.0, 40.0)).T).min() < 4.0
 
@@ -158,7 +169,8 @@ def test_a_way_leads_round_a_hill(seed: int) -> None:
     for heights in (level, hill):
         ways = ways_from(np.array([[1.0, 7.0]]))
         sight = sight_of(4.0, 1.5, SHAPE).over(known(heights), np.zeros(SHAPE, dtype=np.int32))
-        mend_lanes(ways, sight, unseen, COSTS, 20_000, 0.5, 0.01, np.random.default_rng(seed))
+        annealing = annealing_of(ways, 20_000, 0.5, 0.01)
+        mend_lanes(ways, annealing, sight, unseen, COSTS, 20_000, np.random.default_rng(seed))
         bends = ways.bends[0, : ways.counts[0]]
         northings.append(np.interp(9.5, bends[:, 0], bends[:, 1]))
     assert northings[0] < 9.0

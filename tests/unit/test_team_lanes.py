@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from vehicle_agent.domain.elevation import ElevationMap
+from vehicle_agent.domain.frames import Point
 from vehicle_agent.domain.grid import Grid
-from vehicle_agent.planning import team_lanes
+from vehicle_agent.planning import lane_mending, team_lanes
 from vehicle_agent.planning.constraints import Constraints
 from vehicle_agent.planning.interface import AnnouncedLanes, AnnouncedTour, Situation, Teammate
 from vehicle_agent.planning.team_lanes import LanesParams, TeamLanes
@@ -125,12 +126,66 @@ def test_the_team_shares_the_changes_that_are_tried(
     monkeypatch: pytest.MonkeyPatch, vehicles: int, first_plans: int, first_tried: int, tried: int
 ) -> None:
     trials = []
-    monkeypatch.setattr(team_lanes, "mend_lanes", lambda *arguments: trials.append(arguments[4]))
+    monkeypatch.setattr(lane_mending, "mend_lanes", lambda ways, annealing, *_: trials.append(annealing.trials))
     now = situation(*(mate(None, index) for index in range(1, vehicles)))
     lanes = TeamLanes(now, None, LanesParams(first_trials=60, trials=60, large_team=3, few_try=2))
     for _ in range(first_plans + 2):
         lanes.mend(now)
     assert trials == [first_tried] * first_plans + [tried] * 2
+
+
+PLACE: Point = (115.0, 205.0, 5.0)
+
+
+def begun_for(place_enu_m: Point, now: Situation) -> TeamLanes:
+    """A plan that is half mended for a decision at a place."""
+    lanes = TeamLanes(now, None, FEW)
+    lanes.begin(now, place_enu_m)
+    assert not lanes.go_on(1_500)
+    return lanes
+
+
+def test_a_plan_mended_in_parts_on_the_way_is_that_mended_at_the_place() -> None:
+    now = situation(mate(None))
+    there = dataclasses.replace(now, position_enu_m=PLACE)
+    lanes, at_once = begun_for(PLACE, now), TeamLanes(now, None, FEW)
+    lanes.begin(now, PLACE)
+    assert lanes.go_on(1_500)
+    lanes.mend(there)
+    at_once.begin(now, PLACE)
+    at_once.mend(there)
+    assert lanes.plan is not None
+    assert lanes.plan == at_once.plan
+
+
+@pytest.mark.parametrize("died", [False, True])
+def test_what_was_begun_for_another_place_or_team_is_begun_anew(died: bool) -> None:
+    now = situation(mate(None))
+    lanes = begun_for(now.position_enu_m, now)
+    if died:
+        lanes.begin(situation(), now.position_enu_m)
+    else:
+        lanes.begin(now, PLACE)
+    assert not lanes.go_on(2_999)
+    assert lanes.go_on(1)
+
+
+@pytest.mark.parametrize(("later", "counts"), [(0, False), (1, True)])
+def test_a_newer_plan_that_was_heard_meanwhile_counts(later: int, counts: bool) -> None:
+    told = AnnouncedLanes(2, 1, (0, 1), ((40, 40, 90, 40), (80, 60)))
+    lanes = begun_for(situation().position_enu_m, situation(mate(told)))
+    heard = dataclasses.replace(told, number=told.number + later, by=1)
+    lanes.mend(situation(mate(heard)))
+    assert lanes.plan is not None
+    assert (lanes.plan.number, lanes.plan.by) == (3, 1 if counts else 0)
+    assert (lanes.plan.way_of(0) == told.way_of(0)) is counts
+
+
+def test_a_plan_of_the_last_number_keeps_nobody_from_planning() -> None:
+    told = AnnouncedLanes(team_lanes.LAST_NUMBER, 1, (0, 1), ((40, 40), (80, 60)))
+    lanes = started(situation(mate(told)))
+    assert lanes.plan is not None
+    assert lanes.plan.by == 0
 
 
 def test_a_teammate_that_flies_tours_has_no_way_in_the_plan() -> None:

@@ -11,6 +11,7 @@ from vehicle_agent.ports import VehicleState
 
 ARRIVED_M = 4.0
 SLOW_M_S = 4.0
+SOON_S = 3.0
 DECELERATION_M_S2 = 2.0
 """What a multicopter brakes with comfortably; ArduCopter's WPNAV_ACCEL is 2.5."""
 SHARP_TURN_COSINE = 0.6
@@ -42,6 +43,13 @@ def is_flown(leg: Leg, state: VehicleState) -> bool:
 def is_ending(leg: Leg, state: VehicleState) -> bool:
     """So near to the end that the vehicle is about to brake: time to decide what comes next."""
     return math.dist(leg.end_enu_m, state.position_enu_m) <= ARRIVED_M + braking_distance_m(state)
+
+
+def will_end_soon(leg: Leg, state: VehicleState) -> bool:
+    """Whether it will be ending within a few seconds: time to think of what comes next."""
+    return math.dist(leg.end_enu_m, state.position_enu_m) <= (
+        ARRIVED_M + braking_distance_m(state) + SOON_S * speed_m_s(state)
+    )
 
 
 def turns_sharply(state: VehicleState, end_enu_m: Point) -> bool:

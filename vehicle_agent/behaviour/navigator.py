@@ -16,6 +16,7 @@ from vehicle_agent.behaviour.leg import (
     stopping_point,
     swing,
     turns_sharply,
+    will_end_soon,
 )
 from vehicle_agent.domain.elevation import ElevationMap
 from vehicle_agent.domain.frames import FloatArray, Point
@@ -32,6 +33,7 @@ from vehicle_agent.planning.interface import (
     Situation,
     Wait,
     Waypoint,
+    has_thought,
 )
 from vehicle_agent.planning.travel import next_leg, way_length_m
 from vehicle_agent.planning.way_aside import way_aside
@@ -80,10 +82,14 @@ class Navigator:
     def work(self, around: Surroundings) -> Point | Finished | None:
         """Next target to fly to, Finished when the planner has nothing left, or None to carry on."""
         if not self._may_decide(around):
+            if self.leg is not None and self.intent is None and will_end_soon(self.leg, around.state):
+                self._has_thought(around, self.leg.end_enu_m)
             return self._carry_on(around)
         if (aside := self.make_way(around)) is not None:
             return aside
         state = around.state
+        if not self._has_thought(around, state.position_enu_m):
+            return self._carry_on(around)
         self._planner.tell(Observation(state.position_enu_m, around.objective))
         decision = self._decide(around)
         if isinstance(decision, Finished):
@@ -114,28 +120,39 @@ class Navigator:
     def _decide(self, around: Surroundings) -> Decision:
         """Ask the planner for the sector first, then for the whole area."""
         # Planners size their work by the area of their first question: it is always the mission's whole one.
-        areas = [self._area if self._has_asked else self._plan.area_cells]
+        areas = [self._first_area]
         if self._has_asked and self._sector is not None:
             areas.insert(0, self._area & self._sector)
         self._has_asked = True
         decision: Decision = Finished("nothing is to be seen")
         for area_cells in areas:
             if self._covers or (area_cells & ~self._map.observed).any():
-                decision = self._planner.ask(
-                    Situation(
-                        self._index,
-                        around.state.position_enu_m,
-                        self._map,
-                        area_cells,
-                        self._range_m,
-                        self._constraints(around),
-                        around.teammates,
-                    )
-                )
+                decision = self._planner.ask(self._situation(around, area_cells))
             if not isinstance(decision, Finished):
                 break
             self._sector = None
         return decision
+
+    @property
+    def _first_area(self) -> BoolArray:
+        return self._area if self._has_asked else self._plan.area_cells
+
+    def _has_thought(self, around: Surroundings, place_enu_m: Point) -> bool:
+        """Think a little of what to decide at a place; True when that can be decided at once. A sector is soon done."""
+        if self._sector is not None:
+            return True
+        return has_thought(self._planner, self._situation(around, self._first_area), place_enu_m)
+
+    def _situation(self, around: Surroundings, area_cells: BoolArray) -> Situation:
+        return Situation(
+            self._index,
+            around.state.position_enu_m,
+            self._map,
+            area_cells,
+            self._range_m,
+            self._constraints(around),
+            around.teammates,
+        )
 
     def go_to(self, around: Surroundings, place_en_m: tuple[float, float]) -> Point | Arrived | None:
         """Next target on the way to a place, None to carry on, or Arrived as near to it as known ground lets."""

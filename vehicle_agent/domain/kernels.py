@@ -16,7 +16,7 @@ from vehicle_agent.domain.patch_sums import sum_unseen, take_off
 from vehicle_agent.domain.paths import assumed_surface, nearest_known_cell, travel_distances
 from vehicle_agent.domain.polynomials import cubic_monomials
 from vehicle_agent.domain.segments import come_too_near, least_distance_m, segment_distance_m
-from vehicle_agent.domain.shared_lanes import LaneCosts, mend_lanes
+from vehicle_agent.domain.shared_lanes import LaneCosts, annealing_of, mend_lanes
 from vehicle_agent.domain.shared_tours import mend_tours
 from vehicle_agent.domain.stops import choose_stops
 from vehicle_agent.domain.sweeps import unseen_beside
@@ -57,7 +57,7 @@ def warm_up() -> None:
     window_around(elevation + 1.0, np.ones((1, 2)), 1.0)
     ways = Ways(np.ones((2, 4, 2)), np.ones(2, dtype=np.int64), np.ones((2, 2)))
     costs = LaneCosts(1.0, 1.0, 1.0, 1.0, 1.0)
-    mend_lanes(ways, sight, elevation, costs, 1, 1.0, 0.5, np.random.default_rng(1))
+    mend_lanes(ways, annealing_of(ways, 1, 1.0, 0.5), sight, elevation, costs, 1, np.random.default_rng(1))
 
 
 if __name__ == "__main__":

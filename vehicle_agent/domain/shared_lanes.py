@@ -190,25 +190,51 @@ def _expected(ways: Ways, sight: Sight, unseen: FloatArray, costs: LaneCosts) ->
     return expectation, left
 
 
+class Annealing(NamedTuple):
+    """How far the mending of ways is.
+
+    Attributes
+    ----------
+    trials : how many changes are to be tried in all.
+    hot, cool : worsening in blocks that is kept with a chance of 1/e at first and at last.
+    tried : (1,) int64, how many changes were tried.
+    best_bends, best_counts : of the best ways found, as in `Ways`.
+    least : (1,) float64, what they cost.
+    """
+
+    trials: int
+    hot: float
+    cool: float
+    tried: IndexArray
+    best_bends: FloatArray
+    best_counts: IndexArray
+    least: FloatArray
+
+
+def annealing_of(ways: Ways, trials: int, hot: float, cool: float) -> Annealing:
+    """The mending of these ways before anything was tried."""
+    nothing_tried = np.zeros(1, dtype=np.int64)
+    return Annealing(trials, hot, cool, nothing_tried, ways.bends.copy(), ways.counts.copy(), np.full(1, np.inf))
+
+
 @compiled
 def mend_lanes(
     ways: Ways,
+    annealing: Annealing,
     sight: Sight,
     unseen: FloatArray,
     costs: LaneCosts,
-    trials: int,
-    hot: float,
-    cool: float,
+    most: int,
     rng: np.random.Generator,
-) -> None:
-    """Try changes to a team's ways and keep the best found.
+) -> bool:
+    """Try changes to a team's ways, a part of them at a time; True when all were tried, and the ways are the best then.
 
     Parameters
     ----------
-    ways : written to.
+    ways : where the annealing has come to; written to.
+    annealing : of these ways; written to.
     unseen : (columns, rows) float64, how much of each block is to be seen.
-    trials : how many changes to try.
-    hot, cool : worsening in blocks that is kept with a chance of 1/e at first and at last.
+    most : how many changes to try now at most.
     rng : of what is tried.
     """
     expectation, left = _expected(ways, sight, unseen, costs)
@@ -216,22 +242,28 @@ def mend_lanes(
     trial = Trial(np.zeros(2, dtype=np.int64), np.zeros((2, most_bends, 2)), np.zeros(2, dtype=np.int64))
     kept = _Kept(expectation.summed.copy(), np.zeros(2, dtype=np.int64), np.zeros(vehicles))
     cost = _weight(expectation.lengths) + _worth(costs, left)
-    least, best_bends, best_counts = cost, ways.bends.copy(), ways.counts.copy()
-    for number in range(trials):
+    first = annealing.tried[0]
+    if first == 0:
+        annealing.least[0] = cost
+    annealing.tried[0] = min(annealing.trials, first + most)
+    for number in range(first, annealing.tried[0]):
         propose(ways, expectation, trial, rng)
         if trial.vehicles[0] < 0:
             continue
-        heat = hot * (cool / hot) ** (number / trials)
-        most = cost - heat * math.log(1.0 - rng.random())
-        changed, left_now = _cost(expectation, ways, trial, kept, costs, left, most)
-        if changed > most:
+        heat = annealing.hot * (annealing.cool / annealing.hot) ** (number / annealing.trials)
+        worst = cost - heat * math.log(1.0 - rng.random())
+        changed, left_now = _cost(expectation, ways, trial, kept, costs, left, worst)
+        if changed > worst:
             continue
         cost, left = changed, left_now
         for place in range(2):
             vehicle = trial.vehicles[place]
             if vehicle >= 0:
                 ways.bends[vehicle], ways.counts[vehicle] = trial.bends[place], trial.counts[place]
-        if cost < least - 1e-9:
-            least = cost
-            best_bends[:], best_counts[:] = ways.bends, ways.counts
-    ways.bends[:], ways.counts[:] = best_bends, best_counts
+        if cost < annealing.least[0] - 1e-9:
+            annealing.least[0] = cost
+            annealing.best_bends[:], annealing.best_counts[:] = ways.bends, ways.counts
+    if annealing.tried[0] < annealing.trials:
+        return False
+    ways.bends[:], ways.counts[:] = annealing.best_bends, annealing.best_counts
+    return True

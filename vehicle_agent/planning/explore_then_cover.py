@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from vehicle_agent.planning.interface import Decision, Finished, Observation, Planner, Situation
+from vehicle_agent.domain.frames import Point
+from vehicle_agent.planning.interface import Decision, Finished, Observation, Planner, Situation, has_thought
 
 
 class ExploreThenCover:
@@ -23,6 +24,9 @@ class ExploreThenCover:
 
     def tell(self, observation: Observation) -> None:
         (self._coverer if self.covers else self._explorer).tell(observation)
+
+    def think(self, situation: Situation, place_enu_m: Point) -> bool:
+        return has_thought(self._coverer if self.covers else self._explorer, situation, place_enu_m)
 
     def ask(self, situation: Situation) -> Decision:
         if not self.covers:

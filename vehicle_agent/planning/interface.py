@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from vehicle_agent.domain.elevation import ElevationMap
 from vehicle_agent.domain.frames import Point
@@ -189,3 +189,25 @@ class Planner(Protocol):
     def ask(self, situation: Situation) -> Decision:
         """Say where to go next."""
         ...
+
+
+@runtime_checkable
+class ThinksAhead(Protocol):
+    """A planner whose decisions take long; asked at once, it decides all the same."""
+
+    def think(self, situation: Situation, place_enu_m: Point) -> bool:
+        """Do a short part of what the next decision takes; True when the rest of it is short, too.
+
+        Parameters
+        ----------
+        situation
+            As it is now.
+        place_enu_m
+            Where the decision will be made.
+        """
+        ...
+
+
+def has_thought(planner: Planner, situation: Situation, place_enu_m: Point) -> bool:
+    """Let a planner do a part of its thinking; True when it is quick to decide."""
+    return not isinstance(planner, ThinksAhead) or planner.think(situation, place_enu_m)

@@ -31,6 +31,8 @@ LEAST_PROGRESS, PROGRESS_OVER = 0.02, 6
 """Where over so many steps the team sees less than so many squared sensing ranges per vehicle and step, tours lead."""
 MOST_TOLD = 12
 """Bends in the route that an operator sees."""
+THOUGHT = 5_000
+"""Changes to the plan that are tried in one go while the vehicle flies: some fiftieths of a second."""
 ARRIVED = 0.6
 """A bend, or the end of a step, is reached within so many steps."""
 
@@ -62,22 +64,38 @@ class LaneExplorer:
     def tell(self, observation: Observation) -> None:
         """Nothing is learned from measurements beyond the map."""
 
+    def think(self, situation: Situation, place_enu_m: Point) -> bool:
+        lanes = self._lanes_over(situation)
+        if self._is_led_by_tours(situation) or self._steps_left > 1:
+            return True
+        if lanes.ground.unseen_ranges2(situation) <= 0.0:
+            return True
+        lanes.begin(situation, place_enu_m)
+        return lanes.go_on(THOUGHT)
+
     def ask(self, situation: Situation) -> Decision:
-        if self._lanes is None:
-            self._lanes = TeamLanes(situation, self._home_en_m, self._params)
-            self._without_lanes = self._lanes.ground.is_too_wide
-        if self._has_less_to_see(situation.area_cells) or self._without_lanes:
+        lanes = self._lanes_over(situation)
+        if self._is_led_by_tours(situation):
             self._ahead, self._steps_left = [], 0
             return self._tours.ask(situation)
         self._steps += 1
         self._steps_left -= 1
-        step = self._fly_on(situation, self._lanes)
+        step = self._fly_on(situation, lanes)
         if step is not None:
             return step
         self._ahead = []
-        if self._steps_left <= 0 and not self._mend(situation, self._lanes):
+        if self._steps_left <= 0 and not self._mend(situation, lanes):
             return self._tours.ask(situation)
-        return self._follow(situation, self._lanes)
+        return self._follow(situation, lanes)
+
+    def _lanes_over(self, situation: Situation) -> TeamLanes:
+        if self._lanes is None:
+            self._lanes = TeamLanes(situation, self._home_en_m, self._params)
+            self._without_lanes = self._lanes.ground.is_too_wide
+        return self._lanes
+
+    def _is_led_by_tours(self, situation: Situation) -> bool:
+        return self._has_less_to_see(situation.area_cells) or self._without_lanes
 
     def _fly_on(self, situation: Situation, lanes: TeamLanes) -> Waypoint | None:
         """The next of the steps decided on before; None where there is none, or it is barred by now."""

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from vehicle_agent.domain.frames import FloatArray, Point
 from vehicle_agent.domain.lane_trials import Ways
-from vehicle_agent.domain.shared_lanes import LaneCosts, mend_lanes
-from vehicle_agent.planning.interface import AnnouncedLanes, Situation
+from vehicle_agent.domain.shared_lanes import LaneCosts, annealing_of
+from vehicle_agent.planning.interface import AnnouncedLanes, Situation, Teammate
 from vehicle_agent.planning.lane_ground import LaneGround, LaneGroundParams
+from vehicle_agent.planning.lane_mending import LaneMending
 from vehicle_agent.planning.own_way import OwnWay, without_flown
 from vehicle_agent.planning.travel import EastNorth, along
 
@@ -85,6 +87,7 @@ class TeamLanes:
         self._ground = LaneGround(situation, params.ground)
         self._index = situation.index
         self._latest: AnnouncedLanes | None = None
+        self._mending: LaneMending | None = None
         self.own = OwnWay.over(situation.team_map.grid)
 
     @property
@@ -112,26 +115,51 @@ class TeamLanes:
 
     def drop(self) -> None:
         """Forget the plan."""
+        self._mending = None
         self._take_over(None)
 
     def _take_over(self, plan: AnnouncedLanes | None) -> None:
         self._latest = plan
         self.own = self.own.on(plan.way_of(self._index) if plan else ())
 
+    def begin(self, situation: Situation, place_enu_m: Point) -> None:
+        """Begin to mend the plan for a decision at a place, unless that is begun."""
+        vehicles = tuple(sorted((situation.index, *(mate.index for mate in _planned_for(situation)))))
+        begun, near_m = self._mending, situation.constraints.reach_m
+        if begun is None or not begun.is_for(vehicles, place_enu_m, near_m):
+            self._mending = self._begun(situation, place_enu_m)
+
+    def go_on(self, most: int) -> bool:
+        """Try so many changes more of those begun with at most; True when none are left."""
+        return self._mending is None or self._mending.go_on(most)
+
     def mend(self, situation: Situation) -> None:
-        """Drop what was flown from the latest plan and try changes to the rest."""
+        """Make the plan better; what was begun is brought to its end."""
+        self.begin(situation, situation.position_enu_m)
+        if (mending := self._mending) is None:
+            return
+        ways = tuple(self._told(way) for way in mending.finished_ways())
+        mended = AnnouncedLanes(mending.number, situation.index, mending.vehicles, ways, self.own.flown)
+        self._mending = None
+        heard = _latest(mate.lanes for mate in _planned_for(situation))
+        # A plan of the last number counts no more than one's own, else nobody could plan any longer.
+        is_newer = heard is not None and _order(mended) < _order(heard) < (LAST_NUMBER, 0)
+        self._take_over(heard if is_newer else mended)
+
+    def _begun(self, situation: Situation, place_enu_m: Point) -> LaneMending:
+        """The latest plan without what was flown of it, and the changes that are to be tried."""
         params, scale = self._params, self._ground.range_blocks
-        mates = [mate for mate in situation.teammates if mate.lanes is not None or mate.tour is None]
+        mates = _planned_for(situation)
         places = {mate.index: mate.position_enu_m for mate in mates}
         places[situation.index] = situation.position_enu_m
         indices = tuple(sorted(places))
         outlook = self._ground.look_out(situation, dict(zip(indices, self._in_blocks(places), strict=True)))
-        plans = [mate.lanes for mate in mates if mate.lanes is not None] + ([self._latest] if self._latest else [])
-        latest = max(plans, key=lambda plan: (plan.number, plan.by), default=None)
+        latest = _latest([self._latest, *(mate.lanes for mate in mates)])
         flown = {mate.index: mate.lanes.flown for mate in mates if mate.lanes is not None}
         flown[situation.index] = self.own.flown
         # Teammates fly on as they decided before: what is planned for them anew begins a step ahead of them.
         step_m = situation.constraints.reach_m
+        places[situation.index] = place_enu_m
         places |= {mate.index: along(mate.position_enu_m, mate.goal_enu_m, step_m) for mate in mates if mate.goal_enu_m}
         ways = self._ways(indices, self._in_blocks(places), latest, flown)
         number = min(1 + (latest.number if latest else 0), LAST_NUMBER)
@@ -143,13 +171,9 @@ class TeamLanes:
         )  # fmt: skip
         ways.bends[:] -= window.corner
         ways.homes[:] -= window.corner
-        mend_lanes(
-            ways, outlook.sight, window.unseen, costs,
-            trials, hot * scale, cool * scale, np.random.default_rng((number, situation.index)),
-        )  # fmt: skip
-        ways.bends[:] += window.corner
-        told = tuple(self._told(bends[1:count]) for bends, count in zip(ways.bends, ways.counts, strict=True))
-        self._take_over(AnnouncedLanes(number, situation.index, indices, told, self.own.flown))
+        annealing = annealing_of(ways, trials, hot * scale, cool * scale)
+        rng = np.random.default_rng((number, situation.index))
+        return LaneMending(number, indices, place_enu_m, outlook, costs, ways, annealing, rng)
 
     def _annealing(self, number: int, vehicles: int) -> tuple[int, float, float]:
         """How many changes to try for a plan, and the heat at first and at last, in sensing ranges.
@@ -199,3 +223,17 @@ class TeamLanes:
         """Bends in blocks, (N, 2) float64 -> as told."""
         told = np.rint((self._ground.to_metres(bends) - self.own.corner_en_m) / self.own.part_m)
         return tuple(told.astype(np.int64).ravel().tolist())
+
+
+def _planned_for(situation: Situation) -> list[Teammate]:
+    """Teammates that a plan is for: those that tell one, and those that tell no tour of their own."""
+    return [mate for mate in situation.teammates if mate.lanes is not None or mate.tour is None]
+
+
+def _latest(plans: Iterable[AnnouncedLanes | None]) -> AnnouncedLanes | None:
+    """Of plans the one that counts; None when there is none."""
+    return max((plan for plan in plans if plan is not None), key=_order, default=None)
+
+
+def _order(plan: AnnouncedLanes) -> tuple[int, int]:
+    return plan.number, plan.by
