@@ -34,9 +34,7 @@ def ways_from(starts: FloatArray) -> Ways:
     return Ways(bends, np.ones(len(starts), dtype=np.int64), starts.copy())
 
 
-def mended(
-    ways: Ways, seed: int, costs: LaneCosts = COSTS, trials: int = 20_000, at_once: int = 20_000
-) -> FloatArray:
+def mended(ways: Ways, seed: int, costs: LaneCosts = COSTS, trials: int = 20_000, at_once: int = 20_000) -> FloatArray:
     """Mend ways over wholly unseen ground; their lengths, (N,) float64, the weighed way home included."""
     rng = np.random.default_rng(seed)
     annealing = annealing_of(ways, trials, 0.5, 0.01)

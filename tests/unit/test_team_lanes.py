@@ -9,7 +9,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from vehicle_agent.domain.elevation import ElevationMap
+from vehicle_agent.domain.elevation import CellObservations, ElevationMap
 from vehicle_agent.domain.frames import Point
 from vehicle_agent.domain.grid import Grid
 from vehicle_agent.planning import lane_mending, team_lanes
@@ -132,6 +132,23 @@ def test_the_team_shares_the_changes_that_are_tried(
     for _ in range(first_plans + 2):
         lanes.mend(now)
     assert trials == [first_tried] * first_plans + [tried] * 2
+
+
+@pytest.mark.parametrize("reached", [False, True])
+def test_where_a_bend_was_reached_what_it_did_not_show_is_not_looked_for_again(reached: bool) -> None:
+    unseen = np.zeros(GRID.shape, dtype=bool)
+    unseen[30:38, 20:28] = True
+    team_map, cells = ElevationMap(GRID), np.flatnonzero(~unseen)
+    team_map.observe(0, CellObservations(cells, np.zeros(len(cells), dtype=np.int32), 1_000 + cells))
+    bend = (68, 48)  # in its middle
+    told = AnnouncedLanes(1, 1, (0, 1), ((), ()), bend if reached else ())
+    now = dataclasses.replace(situation(mate(told)), team_map=team_map)
+    lanes = TeamLanes(now, None, FEW)
+    lanes.mend(now)
+    assert lanes.plan is not None
+    ways = np.concatenate([np.array(way).reshape(-1, 2) for way in lanes.plan.ways])
+    leads_there = bool(len(ways)) and np.hypot(*(ways - bend).T).min() < RANGE_M
+    assert leads_there is not reached
 
 
 PLACE: Point = (115.0, 205.0, 5.0)

@@ -113,12 +113,15 @@ class LaneGround:
         places_en_m: FloatArray = (places + 0.5) * self._block_m + self._division.corner_en_m
         return places_en_m
 
-    def look_out(self, situation: Situation, vehicles: dict[int, FloatArray]) -> Outlook:
+    def look_out(self, situation: Situation, vehicles: dict[int, FloatArray], bends: FloatArray) -> Outlook:
         """What a plan is to be made for now, with what vehicles have just seen in vain.
 
         Parameters
         ----------
         vehicles : where each is, in blocks, by its index in the team.
+        bends : (N, 2) float64, blocks, what vehicles reached of their ways lately. A bend counts as reached a little
+            before it is; if what was to be seen from it alone still counted as seen from there, it would be flown to
+            for ever.
         """
         self._unseen.follow(situation.team_map, situation.area_cells)
         cells_each = math.prod(self._division.size_cells)
@@ -130,7 +133,7 @@ class LaneGround:
         ground = self._spline.expect(situation.team_map.elevation_where(columns, rows) / float(self._block_m.mean()))
         whole = self._sight
         sight = whole.over(ground, np.ascontiguousarray(whole.looked[box]))
-        looks = self._looks(vehicles) - window.corner
+        looks = np.concatenate([self._looks(vehicles), bends]) - window.corner
         look_around(sight, looks, int(self._params.most_looked * whole.odds.max()))
         whole.looked[box] = sight.looked
         whole_blocks = np.count_nonzero(situation.area_cells) / cells_each

@@ -153,10 +153,11 @@ class TeamLanes:
         places = {mate.index: mate.position_enu_m for mate in mates}
         places[situation.index] = situation.position_enu_m
         indices = tuple(sorted(places))
-        outlook = self._ground.look_out(situation, dict(zip(indices, self._in_blocks(places), strict=True)))
         latest = _latest([self._latest, *(mate.lanes for mate in mates)])
         flown = {mate.index: mate.lanes.flown for mate in mates if mate.lanes is not None}
         flown[situation.index] = self.own.flown
+        reached = np.concatenate([self._heard(bends) for bends in flown.values()])
+        outlook = self._ground.look_out(situation, dict(zip(indices, self._in_blocks(places), strict=True)), reached)
         # Teammates fly on as they decided before: what is planned for them anew begins a step ahead of them.
         step_m = situation.constraints.reach_m
         places[situation.index] = place_enu_m
