@@ -12,6 +12,7 @@ from vehicle_agent.ports import VehicleState
 ARRIVED_M = 4.0
 SLOW_M_S = 4.0
 SOON_S = 3.0
+"""So long before it would brake a vehicle begins to think of the next leg."""
 DECELERATION_M_S2 = 2.0
 """What a multicopter brakes with comfortably; ArduCopter's WPNAV_ACCEL is 2.5."""
 SHARP_TURN_COSINE = 0.6

@@ -41,9 +41,9 @@ def height_at(heights: FloatArray, u: float, v: float) -> float:
     column, row = min(int(u), max(columns - 2, 0)), min(int(v), max(rows - 2, 0))
     east, north = min(column + 1, columns - 1), min(row + 1, rows - 1)
     part_u, part_v = u - column, v - row
-    south_m = heights[column, row] + part_u * (heights[east, row] - heights[column, row])
-    north_m = heights[column, north] + part_u * (heights[east, north] - heights[column, north])
-    between: float = south_m + part_v * (north_m - south_m)
+    southern = heights[column, row] + part_u * (heights[east, row] - heights[column, row])
+    northern = heights[column, north] + part_u * (heights[east, north] - heights[column, north])
+    between: float = southern + part_v * (northern - southern)
     return between
 
 
