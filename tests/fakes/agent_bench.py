@@ -223,10 +223,10 @@ def command(
 
 
 def working(bench: AgentBench | None = None) -> AgentBench:
-    """A bench whose vehicle has been at work for a moment."""
+    """A bench whose vehicle has been at work for a moment: it has thought of its first leg, and flies it."""
     bench = bench or AgentBench()
     bench.run_until(Stage.WORKING)
-    bench.run(3.0)
+    bench.run(6.0)
     return bench
 
 
